@@ -44,7 +44,8 @@ using io::MeshSequence;
 using io::NamedMesh;
 
 struct Request {
-  std::string input;
+  std::vector<std::string> files;  ///< inputs and the output
+  std::string input;               ///< the first one
   std::string output;
   std::vector<std::string> frames;   ///< numbers, or "last"; empty: all
   std::string only;                  ///< empty: cloths and obstacles
@@ -298,10 +299,18 @@ void refuse_pattern_options(const Request& request) {
                      "this option only for a sewing pattern of GarmentCode (.json)");
 }
 
-/// A scene of ARCSim, or a sewing pattern, as a scene of weft; outlines as a sewing pattern.
+/// @throws SceneError if there are several inputs, which only sewing patterns may be
+void refuse_several(const Request& request) {
+  if (request.files.size() > 2)
+    throw SceneError("", "IN", std::to_string(request.files.size() - 1) + " files",
+                     "one, or several sewing patterns of GarmentCode (.json)");
+}
+
+/// A scene of ARCSim, or sewing patterns, as a scene of weft; outlines as a sewing pattern.
 void convert_scene(const Request& request) {
   if (io::holds_outlines(request.input)) {
     refuse_pattern_options(request);
+    refuse_several(request);
     return convert_outlines(request.input, request.output);
   }
   const bool is_pattern =
@@ -309,11 +318,12 @@ void convert_scene(const Request& request) {
   std::vector<std::string> lines;
   if (is_pattern) {
     PatternRequest pattern = request.pattern;
-    pattern.input = request.input;
+    pattern.inputs.assign(request.files.begin(), request.files.end() - 1);
     pattern.output = request.output;
-    lines = convert_pattern(pattern);
+    lines = convert_patterns(pattern);
   } else {
     refuse_pattern_options(request);
+    refuse_several(request);
     lines = io::convert_arcsim(request.input, request.output, request.allowed);
   }
   for (const std::string& line : lines) fmt::print(stderr, "weft: warning: {}\n", one_line(line));
@@ -326,6 +336,7 @@ void convert(const Request& request) {
     throw SceneError(request.output, "format", "\"" + to + "\"",
                      ".obj, .ply, .pc2, .usda, .glb, or .json for a scene");
   refuse_pattern_options(request);
+  refuse_several(request);
   const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
   const auto places = chosen_places(*sequence, request);
   if (to == ".pc2")
@@ -348,18 +359,15 @@ void add_convert_subcommand(CLI::App& app, int& exit_code) {
   auto* subcommand = app.add_subcommand("convert", "Write meshes and animations in another format");
   auto request = std::make_shared<Request>();
   subcommand
-      ->add_option("input", request->input,
-                   "Directory of a run, animation (.usda, .pc2), numbered meshes (DIR/%05d.obj) or "
-                   "a mesh")
-      ->required()
-      ->type_name("IN");
-  subcommand
       ->add_option(
-          "output", request->output,
-          ".obj or .ply (several frames: NAME_%05d.obj), .pc2, .usda, .glb; .json from a scene of "
-          "ARCSim or a sewing pattern of GarmentCode, or a pattern from outlines (.svg, .dxf)")
+          "files", request->files,
+          "IN: directory of a run, animation (.usda, .pc2), numbered meshes (DIR/%05d.obj), a "
+          "mesh, a scene of ARCSim, outlines (.svg, .dxf), or sewing patterns of GarmentCode from "
+          "the inside out. OUT: .obj or .ply (several frames: NAME_%05d.obj), .pc2, .usda, .glb; "
+          ".json for a scene, or for a pattern from outlines")
       ->required()
-      ->type_name("OUT");
+      ->expected(2, CLI::detail::expected_max_vector_size)
+      ->type_name("IN... OUT");
   subcommand->add_option("--frame", request->frames, "Only this frame, or last; may be repeated")
       ->type_name("N")
       ->allow_extra_args(false);
@@ -383,6 +391,8 @@ void add_convert_subcommand(CLI::App& app, int& exit_code) {
   subcommand->callback([request, subcommand, &exit_code] {
     for (const char* option : {"--body", "--edge", "--fabric"})
       if (subcommand->count(option) > 0) request->pattern_options.emplace_back(option);
+    request->input = request->files.front();
+    request->output = request->files.back();
     convert(*request);
     exit_code = 0;
   });

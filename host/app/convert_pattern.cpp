@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -16,13 +18,18 @@
 #include "host/io/pattern/garment_scene.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
+#include "host/lab/worn/waist.hpp"
 #include "host/scene/fabric/fabrics.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// [body heights] from the body's waist, within which a pattern's waist may stand.
+constexpr double waist_tolerance = 0.05;
 
 /// A body as patterns see it: in metres, with y up.
 Mesh read_body(const std::string& file, const Mesh& garment, std::vector<std::string>& notes) {
@@ -51,42 +58,110 @@ std::string cloth_name(const std::string& text) {
   return name.empty() ? "garment" : name;
 }
 
+/// One of the patterns.
+struct Input {
+  std::string file;
+  nlohmann::json document;
+  io::Garment garment;
+  io::GarmentEntry entry;
+};
+
+/// Reads a pattern and gives it a name that none has yet.
+Input read_input(const std::string& file, double edge, const std::string& stem,
+                 std::vector<Input>& known, std::vector<std::string>& notes) {
+  Input input{file, io::parse_json(read_file_bytes(file), file), {}, {}};
+  if (!io::is_sewing_pattern(input.document))
+    throw SceneError(file, "pattern", "missing",
+                     "a specification of GarmentCode, with \"pattern\" and its \"panels\"");
+  const io::SewingPattern pattern = io::read_sewing_pattern(input.document, file);
+  input.garment = io::make_garment(pattern, edge);
+  notes.insert(notes.end(), input.garment.notes.begin(), input.garment.notes.end());
+  const std::string name = cloth_name(pattern.name);
+  const auto taken = [&](const std::string& text) {
+    return std::any_of(known.begin(), known.end(),
+                       [&](const Input& other) { return other.entry.name == text; });
+  };
+  input.entry.name = name;
+  for (int k = 2; taken(input.entry.name); ++k) input.entry.name = fmt::format("{}_{}", name, k);
+  input.entry.pattern_file = stem + "_" + input.entry.name + ".json";
+  input.entry.held = io::labels_to_hold(input.garment);
+  return input;
+}
+
+/// Has waists that stand far from the body's waist held there.
+void hold_at_waist(std::vector<Input>& inputs, const Mesh& body) {
+  const auto labelled = [](const io::HeldLabel& held) { return held.label == io::waist_label; };
+  std::optional<lab::Waist> waist;
+  for (Input& input : inputs) {
+    const auto held = std::find_if(input.entry.held.begin(), input.entry.held.end(), labelled);
+    if (held == input.entry.held.end()) continue;
+    if (!waist) waist = lab::find_waist(body, {0, 1, 0});
+    if (!waist) return;
+    double mean = 0;
+    for (const io::GarmentLabel& label : input.garment.labels)
+      if (label.label == held->label)
+        for (const Index v : label.vertices)
+          mean +=
+              input.garment.mesh.positions[at(v)][1] / static_cast<double>(label.vertices.size());
+    if (std::abs(mean - waist->height) > waist_tolerance * waist->body_height)
+      held->height = std::round(1000 * waist->height) / 1000;
+  }
+}
+
+/// @throws SceneError if a file that is read would be overwritten
+void refuse_own_copy(const fs::path& copy, const std::string& input, const std::string& field) {
+  std::error_code error;
+  if (fs::equivalent(copy, input, error) && !error)
+    throw SceneError("", field, input, "another file than the scene's own copy of it");
+}
+
 }  // namespace
 
-std::vector<std::string> convert_pattern(const PatternRequest& request) {
-  const nlohmann::json document = io::parse_json(read_file_bytes(request.input), request.input);
-  const io::SewingPattern pattern = io::read_sewing_pattern(document, request.input);
-  const std::string fabric_name = fabric(request.fabric).name;
+std::vector<std::string> convert_patterns(const PatternRequest& request) {
+  io::GarmentSceneRequest scene;
+  scene.fabric = fabric(request.fabric).name;
+  scene.edge = request.edge;
   if (!(request.edge > 0))
     throw SceneError("", "--edge", fmt::format("{}", request.edge), "a length > 0 m");
-  io::Garment garment = io::make_garment(pattern, request.edge);
-  std::vector<std::string> notes = garment.notes;
-
-  const fs::path output = request.output;
+  const fs::path output = request.output, folder = output.parent_path();
   const std::string stem = safe_file_name(output.stem().string());
-  io::GarmentSceneRequest scene;
-  scene.name = cloth_name(pattern.name);
-  scene.description =
-      one_line(fmt::format("{} panels from {}, edges of {:.3g} mm", garment.panels.size(),
-                           fs::path(request.input).filename().string(), 1000 * request.edge));
-  scene.fabric = fabric_name;
-  scene.garment_file = stem + "_garment.obj";
-  Mesh body;
+  std::vector<std::string> notes;
+  std::vector<Input> inputs;
+  std::string files;
+  std::size_t panels = 0, stitches = 0, triangles = 0;
+  for (const std::string& file : request.inputs) {
+    inputs.push_back(read_input(file, request.edge, stem, inputs, notes));
+    const Input& input = inputs.back();
+    refuse_own_copy(output, file, "OUT");
+    refuse_own_copy(folder / input.entry.pattern_file, file, "IN");
+    files += (files.empty() ? "" : ", ") + fs::path(file).filename().string();
+    panels += input.garment.panels.size();
+    stitches += input.garment.seams.size();
+    triangles += input.garment.mesh.triangles.size();
+  }
+  scene.name = cloth_name(inputs.size() == 1 ? inputs.front().entry.name : stem);
+  scene.description = one_line(
+      fmt::format("{} panels from {}, edges of {:.3g} mm", panels, files, 1000 * request.edge));
   if (!request.body.empty()) {
     scene.body_file = stem + "_body.obj";
-    const fs::path copy = output.parent_path() / scene.body_file;
-    std::error_code error;
-    if (fs::equivalent(copy, request.body, error) && !error)
-      throw SceneError("", "--body", request.body, "another file than the scene's own copy of it");
-    body = read_body(request.body, garment.mesh, notes);
-    io::refuse_far_panels(garment, body, request.input);
-    io::write_obj(copy, {{"body", body}});
+    refuse_own_copy(folder / scene.body_file, request.body, "--body");
+    const Mesh body = read_body(request.body, inputs.front().garment.mesh, notes);
+    for (const Input& input : inputs) io::refuse_far_panels(input.garment, body, input.file);
+    hold_at_waist(inputs, body);
+    io::write_obj(folder / scene.body_file, {{"body", body}});
   }
-  io::relax_start(garment, request.edge, body);
-  io::write_garment(output.parent_path() / scene.garment_file, scene.name, garment);
-  write_file_atomically(output, io::garment_scene(garment, scene).dump(1) + "\n");
-  fmt::print("{}: {} panels, {} stitches, {} triangles\n", one_line(request.output),
-             garment.panels.size(), garment.seams.size(), garment.mesh.triangles.size());
+  for (const Input& input : inputs) scene.garments.push_back(input.entry);
+  for (const Input& input : inputs)
+    io::copy_pattern(input.document, input.file, folder / input.entry.pattern_file);
+  write_file_atomically(output, io::garment_scene(scene).dump(1) + "\n");
+  fmt::print("{}: {} panels, {} stitches, {} triangles\n", one_line(request.output), panels,
+             stitches, triangles);
+  for (const Input& input : inputs)
+    for (const io::HeldLabel& held : input.entry.held)
+      fmt::print("{}: edges labelled {} are held {}, see \"attach\" in the scene\n",
+                 input.entry.name, held.label,
+                 held.height ? fmt::format("at a height of {} m, the body's waist", *held.height)
+                             : "at the height where they start");
   return notes;
 }
 

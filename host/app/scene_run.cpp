@@ -240,8 +240,22 @@ bool SceneRun::declares_compliance() const {
                      [](const Obstacle& o) { return o.compliance.has_value(); });
 }
 
+/// Says which garments springs close, and why.
+void SceneRun::print_garments() const {
+  for (const GarmentStart& start : simulation_.scene().garment_starts) {
+    if (start.start != SewnStart::springs) continue;
+    const std::string& name =
+        simulation_.scene().cloths[static_cast<std::size_t>(start.cloth)].name;
+    show(start.reason.empty() ? stdout : stderr,
+         "{}{}: springs close its seams, without gravity until then{}\n",
+         start.reason.empty() ? "" : "weft: warning: ", name,
+         start.reason.empty() ? "" : ", because welded it cannot be parted: " + start.reason);
+  }
+}
+
 int SceneRun::execute() {
   serve();
+  print_garments();
   begin();
   if (device_.choice && !device_.choice->estimates.empty()) print_choice(*device_.choice, false);
   const int frames = simulation_.scene().time.frames;

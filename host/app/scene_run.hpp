@@ -74,6 +74,7 @@ class SceneRun {
   int finish_gaining();
   int finish(const std::optional<std::string>& failure, ExitCode code,
              const std::optional<Vec3<double>>& place = {});
+  void print_garments() const;
   void print_rest() const;
   void print_summary(bool preview) const;
   double lap();

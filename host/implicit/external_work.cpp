@@ -17,8 +17,13 @@ namespace weft {
 namespace {
 
 double energy_of(const Spring<double>& s, const std::vector<Vec3<double>>& x) {
-  return spring_energy(x[at(s.v[0])] - (s.v[1] < 0 ? s.anchor : x[at(s.v[1])]), s.rest,
-                       s.stiffness);
+  const Vec3<double> d = x[at(s.v[0])] - (s.v[1] < 0 ? s.anchor : x[at(s.v[1])]);
+  return spring_energy(spring_span(d, s.along), s.rest, s.stiffness);
+}
+
+Vec3<double> force_of(const Spring<double>& s, const std::vector<Vec3<double>>& x) {
+  const Vec3<double> d = x[at(s.v[0])] - (s.v[1] < 0 ? s.anchor : x[at(s.v[1])]);
+  return spring_force(spring_span(d, s.along), s.rest, s.stiffness);
 }
 
 bool same_ends(const std::vector<Spring<double>>& a, const std::vector<Spring<double>>& b) {
@@ -355,13 +360,11 @@ double ExternalWork<T>::of_springs(const Springs& springs, const AcceptedMotion<
       stiffer.stiffness = s.stiffness;
       work += energy_of(stiffer, x0) - energy_of(before[k], x0);
       if (s.v[1] >= 0) continue;
-      const Vec3<double> pull = spring_force(x1[at(s.v[0])] - s.anchor, s.rest, s.stiffness);
-      work += dot(pull, s.anchor - before[k].anchor);
+      work += dot(force_of(s, x1), s.anchor - before[k].anchor);
     }
   }
   for (const Spring<double>& s : after) {
-    const Vec3<double> pull = spring_force(
-        x1[at(s.v[0])] - (s.v[1] < 0 ? s.anchor : x1[at(s.v[1])]), s.rest, s.stiffness);
+    const Vec3<double> pull = force_of(s, x1);
     for (int end = 0; end < 2; ++end)
       if (s.v[end] >= 0 && (*motion.fixed)[at(s.v[end])] != 0)
         work -= (end == 0 ? 1 : -1) * dot(pull, x1[at(s.v[end])] - x0[at(s.v[end])]);

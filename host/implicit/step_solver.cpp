@@ -86,7 +86,8 @@ void StepSolver<T>::set_springs(double time) {
     springs.push_back({{s.v[0], s.v[1]},
                        vec_cast<T>(s.anchor),
                        static_cast<T>(s.stiffness),
-                       static_cast<T>(s.rest)});
+                       static_cast<T>(s.rest),
+                       vec_cast<T>(s.along)});
     seams_pull_ = seams_pull_ || s.v[1] >= 0;
   }
   search_.let_seams_close(seams_pull_);

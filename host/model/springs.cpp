@@ -11,11 +11,6 @@
 namespace weft {
 namespace {
 
-/// [ramp times] how long the springs of a seam that must weld grow stiffer. A gathered edge resists
-/// with its stretch stiffness: at 2 to 1 it stays open by millimetres under the stiffness that sews
-/// edges of one length.
-constexpr double longest_pull = 4;
-
 /// Material coordinates by vertex; where pieces of a pattern meet, those in the first triangle.
 std::vector<Vec2<double>> material_by_vertex(const Mesh& mesh) {
   if (mesh.material_triangles.empty()) return mesh.material;
@@ -52,17 +47,20 @@ void add_handle(const Scene& scene, const Model& model, const Handle& handle, do
   if (handle.shape == Handle::Shape::glue) {
     const Index a = internal(handle.vertices[0]);
     const Index b = internal(handle.vertices[1]);
-    if (a != b) springs.push_back({{a, b}, {}, stiffness, contact_thickness(scene.contact) / 2});
+    if (a != b)
+      springs.push_back({{a, b}, {}, stiffness, contact_thickness(scene.contact) / 2, {}});
     return;
   }
   const auto places = places_of(handle, scene.cloths[at(handle.cloth)].mesh);
+  const double size = length(handle.along);
+  const Vec3<double> along = size > 0 ? handle.along * (1 / size) : Vec3<double>{0, 0, 0};
   for (std::size_t k = 0; k < places.size(); ++k) {
     if (internal(handle.vertices[k]) < 0) continue;  // of a part of a model: not in it
     const Vec3<double> place =
         handle.motion.empty()
             ? places[k]
             : apply_in_world(transform_at(handle.motion, time), places[k], origin_of(scene));
-    springs.push_back({{internal(handle.vertices[k]), -1}, place, stiffness, 0});
+    springs.push_back({{internal(handle.vertices[k]), -1}, place, stiffness, 0, along});
   }
 }
 
@@ -76,7 +74,7 @@ void add_seam(const Scene& scene, const Model& model, const Seam& seam, double t
     for (int side = 0; side < 2; ++side)
       v[side] =
           model.to_internal[at(model.input_offset[at(seam.cloths[side])] + seam.vertices[side][k])];
-    if (v[0] != v[1]) springs.push_back({{v[0], v[1]}, {}, stiffness, slack});
+    if (v[0] != v[1]) springs.push_back({{v[0], v[1]}, {}, stiffness, slack, {}});
   }
 }
 

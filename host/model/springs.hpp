@@ -15,6 +15,11 @@ namespace weft {
 /// @param time [s]
 std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, double time);
 
+/// [ramp times] how long the springs of a seam that must weld grow stiffer. A gathered edge resists
+/// with its stretch stiffness: at 2 to 1 it stays open by millimetres under the stiffness that sews
+/// edges of one length.
+inline constexpr double longest_pull = 4;
+
 /// Share of its stiffness that a handle's springs have at `time`, 0 to 1.
 double handle_strength(const Handle& handle, double time);
 

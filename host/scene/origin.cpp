@@ -37,6 +37,7 @@ void move_origin(Scene& scene, const Vec3<double>& origin) {
     for (Keyframe& key : obstacle.motion) key.transform.translate += offset;
     if (obstacle.driven) obstacle.driven->origin += offset;
   }
+  for (GarmentStart& start : scene.garment_starts) move_origin(start.apart, before, origin);
   for (Handle& handle : scene.handles) handle.center += offset;
   for (CameraKey& key : scene.camera.keys) {
     key.position += offset;

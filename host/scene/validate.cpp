@@ -19,6 +19,7 @@
 #include "host/scene/method_check.hpp"
 #include "host/scene/product_check.hpp"
 #include "host/scene/seam_check.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -213,6 +214,12 @@ void validate_handle(const Scene& scene, std::size_t i) {
   if (handle.end_time < infinity)
     check.within("end_time", handle.end_time, quantity::instant_from_zero);
   check.within("fade_time", handle.fade_time, quantity::duration_or_zero);
+  if (!(handle.along == Vec3<double>{0, 0, 0})) {
+    if (!quantity::scale.holds(length(handle.along)))
+      check.refuse("along", text_of(length(handle.along)) + " long", quantity::scale.allowed());
+    if (handle.shape == Handle::Shape::glue)
+      check.refuse("along", "beside glue", "a direction only for springs to places");
+  }
   if (handle.shape != Handle::Shape::circle) return;
   check.within("circle.circumference", handle.circumference, quantity::length);
   check.within("circle.center", handle.center, quantity::coordinate);
@@ -222,6 +229,22 @@ void validate_handle(const Scene& scene, std::size_t i) {
   for (const auto& [name, size] : lengths)
     if (!quantity::scale.holds(size))
       check.refuse(name, text_of(size) + " long", quantity::scale.allowed());
+}
+
+void validate_garment_start(const Scene& scene, std::size_t i) {
+  const GarmentStart& start = scene.garment_starts[i];
+  const Checker check(scene.file, numbered("garment_starts", i));
+  if (start.cloth < 0 || at(start.cloth) >= scene.cloths.size())
+    check.refuse("cloth", std::to_string(start.cloth),
+                 "the number of one of the " + std::to_string(scene.cloths.size()) +
+                     " cloths, counted from 0");
+  const std::size_t count = scene.cloths[at(start.cloth)].mesh.positions.size();
+  if (start.apart.empty() && start.start != SewnStart::automatic) return;
+  if (start.apart.size() != count)
+    check.refuse("apart", std::to_string(start.apart.size()) + " places",
+                 std::to_string(count) + ", one for each vertex of cloth \"" +
+                     scene.cloths[at(start.cloth)].name + "\"");
+  for (const Vec3<double>& x : start.apart) check.within("apart", x, quantity::coordinate);
 }
 
 /// @param owner [cloth][vertex] number of the pin that holds it, -1 where none does
@@ -424,6 +447,7 @@ void validate(const Scene& scene) {
   std::vector<std::vector<Index>> owner(scene.cloths.size());
   for (std::size_t i = 0; i < scene.pins.size(); ++i) validate_pin(scene, i, owner);
   for (std::size_t i = 0; i < scene.handles.size(); ++i) validate_handle(scene, i);
+  for (std::size_t i = 0; i < scene.garment_starts.size(); ++i) validate_garment_start(scene, i);
   validate_seams(scene);
   validate_wind(scene);
   check_products(scene);

@@ -1,12 +1,14 @@
 #include "host/simulation/live_scene.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <type_traits>
 
 #include "host/input/checker.hpp"
 #include "host/input/quantity.hpp"
 #include "host/model/material_rows.hpp"
 #include "host/model/refine.hpp"
+#include "host/model/springs.hpp"
 #include "host/scene/camera_check.hpp"
 #include "host/scene/defaults.hpp"
 #include "host/scene/intersection_check.hpp"
@@ -56,12 +58,8 @@ LiveScene::LiveScene(Scene scene, DeviceSet& devices)
   clock_ = FrameClock(scene_);
   choose_origin(scene_);
   seams_as_read_ = scene_.seams;
-  sewing_ = sewing_at_start(scene_);
+  begin_sewing();
   pairs_as_read_ = sewing_.welded.size();
-  if (scene_.contact.untangle) untangle_start(scene_, sewing_.welded, [this] { go_on(); });
-  go_on();
-  refuse_intersecting_start(scene_, sewing_.welded);
-  go_on();
   if (scene_.method == "view") refuse_camera_inside(scene_);
   if (scene_.method == "asynchronous" && devices.backend() != Backend::host)
     throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
@@ -76,6 +74,84 @@ LiveScene::LiveScene(Scene scene, DeviceSet& devices)
   update_closing_times(true);
   go_on();
   if (is_adaptive()) remesh();
+}
+
+/// Moves cloth of which nothing must intersect at the start, if the scene allows that.
+/// @throws SceneError if something still does
+void LiveScene::part_start() {
+  sewing_ = sewing_at_start(scene_);
+  if (scene_.contact.untangle) untangle_start(scene_, sewing_.welded, [this] { go_on(); });
+  go_on();
+  refuse_intersecting_start(scene_, sewing_.welded);
+  go_on();
+}
+
+/// Begins with garments sewn as they ask for. Those that leave it open are welded, or all closed by
+/// springs if that start is refused.
+/// @throws SceneError if neither can be parted: why the welded start was refused
+void LiveScene::begin_sewing() {
+  std::vector<GarmentStart> starts = std::exchange(scene_.garment_starts, {});
+  const auto stand_apart = [&](SewnStart kind) {
+    bool any = false;
+    for (GarmentStart& start : starts) {
+      if (start.start != kind) continue;
+      if (!start.apart.empty()) scene_.cloths[at(start.cloth)].mesh.positions = start.apart;
+      start.start = SewnStart::springs;
+      any = true;
+    }
+    return any;
+  };
+  bool springs = stand_apart(SewnStart::springs);
+  const std::vector<Cloth> as_read = starts.empty() ? std::vector<Cloth>() : scene_.cloths;
+  try {
+    part_start();
+  } catch (const SceneError& refusal) {
+    if (!starts.empty()) scene_.cloths = as_read;
+    if (!stand_apart(SewnStart::automatic)) throw;
+    springs = true;
+    for (GarmentStart& start : starts)
+      if (start.start == SewnStart::springs && start.reason.empty()) start.reason = refusal.what();
+    const auto refused = std::current_exception();
+    try {
+      part_start();
+    } catch (const SceneError&) {
+      std::rethrow_exception(refused);
+    }
+  }
+  for (GarmentStart& start : starts) {
+    if (start.start == SewnStart::automatic) start.start = SewnStart::welded;
+    start.apart.clear();
+  }
+  scene_.garment_starts = std::move(starts);
+  if (springs && !sewing_.complete()) {
+    sewn_gravity_ = scene_.gravity;
+    scene_.gravity = {0, 0, 0};
+    weightless_ = true;
+    restart_rest();
+  }
+}
+
+/// [s] until when the springs of seams grow stiffer.
+double LiveScene::end_of_pull() const {
+  double last = 0;
+  for (const Seam& seam : scene_.seams)
+    last = std::max(last, seam.start_time + longest_pull * seam.ramp_time);
+  return last;
+}
+
+/// Lets gravity act once all seams are closed, or springs have pulled as hard as they ever do: a
+/// pair that folded cloth keeps open may then come free.
+/// @return [J] change of the cloth's energy
+double LiveScene::let_fall() {
+  if (!weightless_ || (!sewing_.complete() && time() < end_of_pull())) return 0;
+  const double before = total(energy());
+  set_gravity(*sewn_gravity_);
+  return total(energy()) - before;
+}
+
+/// While springs still pull garments together, cloth that hardly moves does not rest.
+void LiveScene::restart_rest() {
+  rest_.reset(weightless_ ? std::max(last_change(scene_), end_of_pull()) : last_change(scene_));
 }
 
 bool LiveScene::is_adaptive() const {
@@ -174,7 +250,7 @@ double LiveScene::sew(bool frame_ends, StepReport& report) {
     if (auto* twice = std::get_if<2>(&run_)) changed = sew(*twice, frame_ends, report);
   }
   update_closing_times(frame_ends);
-  return changed;
+  return changed + let_fall();
 }
 
 template <class T>
@@ -248,6 +324,7 @@ void LiveScene::release(PinId pin) {
 
 void LiveScene::set_gravity(const Vec3<double>& gravity) {
   Checker(scene_.file, {}).within("gravity", gravity, quantity::acceleration);
+  weightless_ = false;
   if (gravity == scene_.gravity) return;
   scene_.gravity = gravity;
   restart_rest();
@@ -292,6 +369,7 @@ std::vector<std::string> LiveScene::differences(const CheckpointReader& in) cons
 void LiveScene::resume(const CheckpointReader& in, bool same_scene) {
   const std::int32_t quiet_frames = read_quiet_frames(in);
   take_up(in);
+  weightless_ = sewn_gravity_ && !sewing_.complete() && scene_.gravity == Vec3<double>{0, 0, 0};
   restart_rest();
   if (same_scene && scene_.time.until == RunUntil::rest)
     rest_.restore(quiet_frames, quiet_frames_of_rest(scene_.time));

@@ -82,12 +82,16 @@ class LiveScene {
 
  private:
   void take_up(const CheckpointReader& in);
+  void part_start();
+  void begin_sewing();
+  double let_fall();
+  double end_of_pull() const;
   bool is_adaptive() const;
   void go_on() const;
   void make_run();
   void remake_run();
   void apply_forces();
-  void restart_rest() { rest_.reset(last_change(scene_)); }
+  void restart_rest();
   template <class T>
   double sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report);
   void update_closing_times(bool frame_ends);
@@ -104,7 +108,9 @@ class LiveScene {
   Scene as_read_;            ///< before refinement; empty unless it asks for that
   std::vector<Seam> seams_as_read_;
   Sewing sewing_;
-  AdaptiveRun adaptive_;  ///< of an adaptive method
+  std::optional<Vec3<double>> sewn_gravity_;  ///< of a scene whose garments springs close
+  bool weightless_ = false;                   ///< until seams are closed, see let_fall()
+  AdaptiveRun adaptive_;                      ///< of an adaptive method
   std::size_t pairs_as_read_ = 0;
   FrameClock clock_;
   RestCount rest_;

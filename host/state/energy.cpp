@@ -42,9 +42,10 @@ Energy measure_energy(const Scene& scene, const Model& model,
   });
   energy.elastic += plate_energy(plate, positions);
   for (const Spring<double>& spring : springs)
-    energy.elastic +=
-        spring_energy(at(spring.v[0]) - (spring.v[1] < 0 ? spring.anchor : at(spring.v[1])),
-                      spring.rest, spring.stiffness);
+    energy.elastic += spring_energy(
+        spring_span(at(spring.v[0]) - (spring.v[1] < 0 ? spring.anchor : at(spring.v[1])),
+                    spring.along),
+        spring.rest, spring.stiffness);
   return energy;
 }
 

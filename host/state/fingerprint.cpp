@@ -101,6 +101,7 @@ class Parts {
     for (std::size_t i = 0; i < scene_.pins.size(); ++i) add_pin(i);
     for (std::size_t i = 0; i < scene_.handles.size(); ++i) add_handle(i);
     for (std::size_t i = 0; i < scene_.seams.size(); ++i) add_seam(i);
+    for (std::size_t i = 0; i < scene_.garment_starts.size(); ++i) add_garment_start(i);
     add("refine.when", static_cast<int>(scene_.refinement.when));
     add("refine.levels", scene_.refinement.levels);
     add("wind.density", scene_.wind.density);
@@ -237,12 +238,23 @@ class Parts {
     add(name + "cloth", h.cloth);
     add(name + "vertices", h.vertices);
     add(name + "motion", h.motion);
+    if (length(h.along) > 0) add(name + "along", h.along);
     add(name + "stiffness", h.stiffness);
     add(name + "times", std::vector<double>{h.start_time, h.end_time, h.fade_time});
     if (h.shape != Handle::Shape::circle) return;
     add(name + "circle.circumference", h.circumference);
     add(name + "circle.direction", h.direction);
     add(name + "circle.frame", std::vector<Vec3<double>>{h.center, h.axis0, h.axis1});
+  }
+
+  void add_garment_start(std::size_t i) {
+    const GarmentStart& start = scene_.garment_starts[i];
+    const std::string name = numbered("garments", i) + ".";
+    add(name + "cloth", start.cloth);
+    add(name + "start", static_cast<int>(start.start));
+    Checksum apart;
+    apart.add(start.apart);
+    if (!start.apart.empty()) add(name + "apart", apart);
   }
 
   void add_seam(std::size_t i) {

@@ -12,6 +12,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
+#include "weft/garment_start.hpp"
 
 /// A scene as the simulation uses it: all files are read, all defaults filled in. SI units, z up.
 /// weft::io reads scenes from JSON; a program that embeds weft may fill the structs itself.
@@ -244,8 +245,7 @@ struct Pin {
   /// time 0. -1: none. Not together with `motion`.
   Index obstacle = -1;
   double release_time = std::numeric_limits<double>::infinity();  ///< [s]
-  /// Made by the simulation once the program moves the pin.
-  std::shared_ptr<const LiveShape> live{};
+  std::shared_ptr<const LiveShape> live{};  ///< made by the simulation once a program moves the pin
 };
 
 using MaterialId = Id<Material>;
@@ -272,6 +272,7 @@ struct Handle {
   Index cloth = 0;              ///< into Scene::cloths
   std::vector<Index> vertices;  ///< numbers within that cloth, in input order
   Motion motion;                ///< empty: at rest
+  Vec3<double> along{0, 0, 0};  ///< springs pull along it only, not of glue; 0: in all directions
   double stiffness = 1000;      ///< [N/m] per vertex, > 0
   double start_time = 0;        ///< [s]
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
@@ -538,6 +539,7 @@ struct Scene {
   std::vector<Pin> pins;
   std::vector<Handle> handles;
   std::vector<Seam> seams;
+  std::vector<GarmentStart> garment_starts;  ///< at most one for each cloth
   Refinement refinement;
   AdaptiveSettings adaptive;  ///< of the methods "adaptive" and "view"
   ViewSettings view;          ///< of the method "view"

@@ -6,7 +6,7 @@ usage: garments.py --program WEFT [--body OBJ | --mannequin] [--triangles 6000] 
 
 NAME is a pattern of patterns.py or a file NAME_specification.json; default: all of patterns.py. Each goes the way of a
 user: `weft convert PATTERN scene.json --body OBJ`, `weft run`, `weft check`, `weft check --worn`; a pattern that is worn
-over another one is dressed with it, by a scene with two `garments`. The edge length is chosen so that garments have about
+over another one is dressed with it, by `weft convert INNER OUTER scene.json`. The edge length is chosen so that garments have about
 --triangles. It passes if the cloth rests, no frame has an intersection, all seams are closed, and the garment is worn.
 
 --body       default: garments/f_smpl_average_A40.obj in the folder that WEFT_TEST_DATA names; without it, exit code 77
@@ -62,15 +62,8 @@ def specification(name, folder):
 
 def scene_of(weft, names, edge, body):
     """Writes scene.json. Names from the inside out."""
-    if len(names) == 1:
-        return weft("convert", f"{names[0]}_specification.json", "scene.json", "--body", body, "--edge", edge)
-    shutil.copy(body, weft.folder / "body.obj")
-    garments = [{"name": name, "pattern": f"{name}_specification.json", "edge": edge, "layer": k}
-                for k, name in enumerate(names)]
-    scene = {"time": {"step": 0.005, "frame_rate": 25, "frames": 250, "until": "rest"},
-             "garments": garments, "obstacles": [{"name": "body", "mesh": "body.obj", "up": "y"}]}
-    (weft.folder / "scene.json").write_text(json.dumps(scene, indent=1))
-    return 0, ""
+    files = [f"{name}_specification.json" for name in names]
+    return weft("convert", *files, "scene.json", "--body", body, "--edge", edge)
 
 
 def triangles_in(weft, names):

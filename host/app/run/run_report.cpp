@@ -169,6 +169,16 @@ Json line_json(const StepLine& line) {
   return json;
 }
 
+/// How the seams of garments were closed.
+Json garments_json(const Scene& scene) {
+  Json list = Json::array();
+  for (const GarmentStart& start : scene.garment_starts)
+    list.push_back({{"garment", scene.cloths[static_cast<std::size_t>(start.cloth)].name},
+                    {"start", start.start == SewnStart::springs ? "springs" : "welded"},
+                    {"reason", start.reason.empty() ? Json(nullptr) : Json(start.reason)}});
+  return list;
+}
+
 /// A number as it was written; JSON has none for NaN and infinity and holds null instead.
 double number_or_nan(const Json& json) {
   return json.is_null() ? std::nan("") : json.get<double>();
@@ -464,6 +474,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
               {"state_hash", hash_text(simulation.state_hash())}};
   if (scene.method == "asynchronous")
     report["asynchronous"] = asynchronous_json(totals.asynchronous);
+  if (!scene.garment_starts.empty()) report["garments"] = garments_json(scene);
   if (!scene.seams.empty()) report["seams"] = seams_json(simulation.seams());
   if (totals.balance.rows.even > 0) report["balance"] = balance_json(totals.balance);
   if (totals.automatic.steps > 0)

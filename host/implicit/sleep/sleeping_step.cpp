@@ -56,7 +56,7 @@ void look_at_all(const Model& model, Awake awake, Span<const Vec3<T>> x0, Span<c
 
 bool same(const Spring<double>& a, const Spring<double>& b) {
   return a.v[0] == b.v[0] && a.v[1] == b.v[1] && length_sq(a.anchor - b.anchor) == 0 &&
-         a.stiffness == b.stiffness && a.rest == b.rest;
+         a.stiffness == b.stiffness && a.rest == b.rest && a.along == b.along;
 }
 
 /// Vertices whose springs are not the same in two lists, with everything a spring may do on the

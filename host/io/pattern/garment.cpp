@@ -213,7 +213,10 @@ class GarmentMaker {
                       first_[p],
                       static_cast<Index>(planar.points.size()),
                       static_cast<Index>(mesh.triangles.size()),
-                      static_cast<Index>(planar.triangles.size())};
+                      static_cast<Index>(planar.triangles.size()),
+                      {}};
+    for (std::size_t e = 0; e < panel.edges.size(); ++e)
+      part.edges.push_back(side_vertices({static_cast<Index>(p), static_cast<Index>(e)}));
     const Vec3<double> origin = placed(panel, {0, 0});
     const double grain = std::max(length(panel.grain), 1e-300);
     const Vec2<double> warp{(outlines_[p].mirrored() ? -1 : 1) * panel.grain[0] / grain,

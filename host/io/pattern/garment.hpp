@@ -17,6 +17,7 @@ struct GarmentPanel {
   Index vertex_count = 0;
   Index first_triangle = 0;
   Index triangle_count = 0;
+  std::vector<std::vector<Index>> edges{};  ///< vertices along each edge of the pattern's panel
 };
 
 /// Vertices that a stitch makes one, pair by pair along it.

@@ -80,6 +80,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   sew_garments(garments, scene);
   read_pins(root, groups, scene);
   read_handles(root, groups, scene);
+  attach_garments(garments, scene);
   read_seams(root, groups, scene);
   read_refinement(root, scene);
   read_precision(root, scene);

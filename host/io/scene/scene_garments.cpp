@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
+#include "host/input/quantity.hpp"
+#include "host/io/pattern/arm_clearance.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "host/io/scene/file_axes.hpp"
@@ -19,6 +21,12 @@ namespace weft::io {
 namespace {
 
 constexpr std::int64_t most_layers = 1000;
+
+/// [edges] Springs that close a seam leave a pair open where contacts hold it a thickness apart.
+constexpr double weld_share = 0.1;
+
+/// [s] in which edges reach the place where they are held.
+constexpr double time_to_place = 1;
 
 /// Patterns have y up, in metres once they are read.
 constexpr FileAxes pattern_axes{1, true};
@@ -48,6 +56,71 @@ void read_garment_material(Fields& fields, const Garment& garment, const Scene& 
   cloth.material = cloth.triangle_material.front();
 }
 
+/// Names for a message, the first of many.
+std::string listed(const std::vector<std::string>& names) {
+  constexpr std::size_t shown_max = 8;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(names.size(), shown_max); ++k)
+    text += (k > 0 ? ", \"" : "\"") + names[k] + "\"";
+  return text + (names.size() > shown_max ? ", ..." : "");
+}
+
+/// The vertices along an edge of a panel.
+std::vector<Index> read_panel_edge(Fields& fields, const Garment& garment) {
+  std::vector<std::string> names;
+  for (const GarmentPanel& panel : garment.panels) names.push_back(panel.name);
+  const std::size_t panel = fields.choice("panel", names, {});
+  const auto last = static_cast<std::int64_t>(garment.panels[panel].edges.size()) - 1;
+  return garment.panels[panel].edges[static_cast<std::size_t>(fields.integer("edge", {}, 0, last))];
+}
+
+/// The vertices of all edges with a label.
+std::vector<Index> read_label(Fields& fields, const Garment& garment) {
+  const std::string label = fields.text("label");
+  std::vector<std::string> names;
+  for (const GarmentLabel& known : garment.labels) {
+    if (known.label == label) return known.vertices;
+    names.push_back(known.label);
+  }
+  if (names.empty()) fields.refuse("label", "\"panel\" and \"edge\": the pattern labels no edge");
+  const auto nearest = nearest_word(label, names);
+  fields.refuse("label", "a label of the pattern's edges: " + listed(names) +
+                             (nearest ? "; did you mean \"" + *nearest + "\"?" : ""));
+}
+
+/// What holds a garment until it is let go.
+std::vector<Attachment> read_attachments(Fields& garment_fields, const Garment& garment,
+                                         Index cloth) {
+  std::vector<Attachment> attachments;
+  for (Fields& fields :
+       garment_fields.objects("attach", {"label", "panel", "edge", "along", "at", "end_time"})) {
+    Attachment attachment;
+    Handle& handle = attachment.handle;
+    handle.cloth = cloth;
+    if (fields.one_of({"label", "panel"}) == "panel") {
+      handle.vertices = read_panel_edge(fields, garment);
+    } else {
+      if (fields.has("edge")) fields.refuse("edge", "an edge only beside \"panel\"");
+      handle.vertices = read_label(fields, garment);
+    }
+    if (fields.is_null("along"))
+      fields.record("along", nullptr);
+    else
+      handle.along = fields.direction("along", {0, 0, 1});
+    if (fields.has("at")) {
+      if (fields.is_null("along")) fields.refuse("at", "no place along all directions");
+      attachment.place = fields.number("at", quantity::coordinate);
+    }
+    if (const auto end = fields.number_or_null("end_time")) {
+      if (!(*end > 0) || !quantity::instant_from_zero.holds(*end))
+        fields.refuse("end_time", "a time > 0, or null for never");
+      handle.end_time = *end;
+    }
+    attachments.push_back(std::move(attachment));
+  }
+  return attachments;
+}
+
 /// All obstacles at time 0, as patterns see them.
 Mesh bodies_at_start(const Scene& scene) {
   Mesh all;
@@ -72,7 +145,7 @@ void add_seams(const GarmentCloth& entry, Index cloth, Scene& scene) {
     seam.cloths[0] = seam.cloths[1] = cloth;
     for (const auto& pair : sewn.pairs)
       for (std::size_t side = 0; side < 2; ++side) seam.vertices[side].push_back(pair[side]);
-    seam.weld_distance = contact_thickness(scene.contact);
+    seam.weld_distance = std::max(contact_thickness(scene.contact), weld_share * entry.edge);
     scene.seams.push_back(std::move(seam));
   }
 }
@@ -80,6 +153,33 @@ void add_seams(const GarmentCloth& entry, Index cloth, Scene& scene) {
 Mesh in_scene_axes(Mesh mesh) {
   to_scene_axes(pattern_axes, mesh);
   return mesh;
+}
+
+/// [m] How far vertices are from the place where they are to be held, on average.
+double way_to_place(const Attachment& attachment, const std::vector<Vec3<double>>& positions) {
+  double mean = 0;
+  for (const Index v : attachment.handle.vertices)
+    mean += dot(positions[at(v)], attachment.handle.along);
+  return *attachment.place - mean / static_cast<double>(attachment.handle.vertices.size());
+}
+
+/// Moves the panels with edges that are held at a place, so that these edges stand there.
+void take_to_places(GarmentCloth& entry) {
+  Mesh& mesh = entry.garment.mesh;
+  for (const Attachment& attachment : entry.attachments) {
+    if (!attachment.place) continue;
+    const Vec3<double> way = attachment.handle.along *
+                             way_to_place(attachment, in_scene_axes(entry.garment.mesh).positions);
+    const std::vector<Index>& held = attachment.handle.vertices;
+    for (const GarmentPanel& panel : entry.garment.panels) {
+      const auto begin = mesh.positions.begin() + panel.first_vertex;
+      const bool any = std::any_of(held.begin(), held.end(), [&](Index v) {
+        return v >= panel.first_vertex && v < panel.first_vertex + panel.vertex_count;
+      });
+      for (auto p = begin; any && p != begin + panel.vertex_count; ++p)
+        *p += Vec3<double>{way[0], way[2], -way[1]};
+    }
+  }
 }
 
 /// Moves a garment out of the body and what is worn beneath it, which stay. What cannot be resolved
@@ -116,13 +216,15 @@ void clear_alone(GarmentCloth& entry, const std::vector<const GarmentCloth*>& be
 std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
                                         std::vector<ClothGroup>& groups) {
   std::vector<GarmentCloth> garments;
-  for (Fields& fields :
-       root.objects("garments", {"name", "pattern", "edge", "fabric", "material", "layer"})) {
+  for (Fields& fields : root.objects("garments", {"name", "pattern", "edge", "fabric", "material",
+                                                  "layer", "start", "attach"})) {
     const std::string name = fields.name("name", "garment_" + std::to_string(garments.size()));
     for (const Cloth& other : scene.cloths)
       if (other.name == name) fields.refuse("name", "a name of its own for each cloth and garment");
     const double edge = fields.number("edge", quantity::length, default_garment_edge);
     const auto layer = fields.integer("layer", 0, 0, most_layers);
+    const auto start =
+        static_cast<SewnStart>(fields.choice("start", {"auto", "welded", "springs"}, 0));
     const std::filesystem::path path = read_path(fields, "pattern", folders);
     const nlohmann::json document = parse_json(read_file_bytes(path), path.string());
     if (!is_sewing_pattern(document))
@@ -138,7 +240,9 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
     to_scene_axes(pattern_axes, cloth.mesh);
     const auto number = static_cast<Index>(scene.cloths.size());
     groups.push_back({name, number, 1, {}, {}});
-    garments.push_back({number, edge, static_cast<int>(layer), path.string(), std::move(garment)});
+    std::vector<Attachment> attachments = read_attachments(fields, garment, number);
+    garments.push_back({number, edge, static_cast<int>(layer), path.string(), std::move(garment),
+                        start, std::move(attachments)});
     scene.cloths.push_back(std::move(cloth));
   }
   // Panels come to lie on each other and on the body.
@@ -156,25 +260,53 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
   });
   const int lowest = garments[order.front()].layer;
   const bool layered = garments[order.back()].layer > lowest;
-  InnerLayers inner(body);
+  // As they are sewn, and as their panels stand before that.
+  InnerLayers inner(body), standing(body);
   std::vector<const GarmentCloth*> beneath, beside;
+  std::vector<Garment> apart(garments.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     GarmentCloth& entry = garments[order[k]];
     if (!beside.empty() && entry.layer > beside.back()->layer) {
-      for (const GarmentCloth* other : beside) inner.add(other->garment);
+      for (const GarmentCloth* other : beside) {
+        inner.add(other->garment);
+        standing.add(apart[static_cast<std::size_t>(other - garments.data())]);
+      }
       beneath.insert(beneath.end(), beside.begin(), beside.end());
       beside.clear();
     }
+    take_to_places(entry);
     refuse_far_panels(entry.garment, body, entry.file);
+    if (entry.start != SewnStart::welded) {
+      apart[order[k]] = entry.garment;
+      clear_arms(apart[order[k]], body);
+      standing.stand_outside(apart[order[k]]);
+    }
     relax_start(entry.garment, entry.edge, body, inner);
     if (layered) clear_alone(entry, beneath, scene);
     beside.push_back(&entry);
   }
-  for (GarmentCloth& entry : garments) {
+  for (std::size_t k = 0; k < garments.size(); ++k) {
+    GarmentCloth& entry = garments[k];
     add_seams(entry, entry.cloth, scene);
     to_scene_axes(pattern_axes, entry.garment.mesh);
     scene.cloths[at(entry.cloth)].mesh.positions = std::move(entry.garment.mesh.positions);
+    to_scene_axes(pattern_axes, apart[k].mesh);
+    scene.garment_starts.push_back(
+        {entry.cloth, entry.start, std::move(apart[k].mesh.positions), {}});
   }
+}
+
+void attach_garments(const std::vector<GarmentCloth>& garments, Scene& scene) {
+  for (const GarmentCloth& entry : garments)
+    for (const Attachment& attachment : entry.attachments) {
+      Handle handle = attachment.handle;
+      if (attachment.place) {
+        const double way = way_to_place(attachment, scene.cloths[at(entry.cloth)].mesh.positions);
+        handle.motion = {{0, {}}, {time_to_place, {}}};
+        handle.motion[1].transform.translate = handle.along * way;
+      }
+      scene.handles.push_back(std::move(handle));
+    }
 }
 
 }  // namespace weft::io

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,13 @@
 
 namespace weft::io {
 
+/// Edges of a garment that springs hold.
+struct Attachment {
+  Handle handle;
+  std::optional<double>
+      place{};  ///< [m] along Handle::along, for the mean; empty: where they start
+};
+
 /// A cloth of "garments" that is not sewn yet.
 struct GarmentCloth {
   Index cloth = 0;     ///< into Scene::cloths
@@ -15,6 +23,8 @@ struct GarmentCloth {
   int layer = 0;       ///< worn over garments of lower layers
   std::string file{};  ///< of the pattern
   Garment garment{};
+  SewnStart start = SewnStart::automatic;
+  std::vector<Attachment> attachments{};
 };
 
 /// Reads the patterns of "garments" and adds a cloth for each, flat where its panels stand.
@@ -26,5 +36,9 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
 /// Sews garments outside of the obstacles, see relax_start(), and adds their seams to those of the
 /// scene. After contact, whose thickness they need, and the obstacles.
 void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene);
+
+/// Adds the attachments of garments that are sewn to the handles of the scene, behind those that it
+/// names.
+void attach_garments(const std::vector<GarmentCloth>& garments, Scene& scene);
 
 }  // namespace weft::io

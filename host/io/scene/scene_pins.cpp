@@ -55,8 +55,8 @@ void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& sc
   std::vector<std::string> selections = selection_keys();
   selections.emplace_back("glue");
   std::vector<std::string> keys = selections;
-  keys.insert(keys.end(),
-              {"cloth", "circle", "motion", "stiffness", "start_time", "end_time", "fade_time"});
+  keys.insert(keys.end(), {"cloth", "circle", "motion", "along", "stiffness", "start_time",
+                           "end_time", "fade_time"});
   for (Fields& fields : root.objects("handles", keys)) {
     const NamedCloths cloths = read_named_cloths(fields, groups, scene);
     const std::string key = fields.one_of(selections);
@@ -75,6 +75,10 @@ void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& sc
     }
     if (fields.has("circle")) read_circle(fields, handle);
     handle.motion = read_motion(fields, "motion");
+    if (fields.has("along")) {
+      if (key == "glue") fields.refuse("along", "no direction beside glue");
+      handle.along = fields.direction("along", handle.along);
+    }
     handle.stiffness = fields.number("stiffness", quantity::spring, handle.stiffness);
     handle.start_time = fields.number("start_time", handle.start_time);
     handle.end_time = fields.number_or_null("end_time").value_or(handle.end_time);

@@ -7,9 +7,17 @@
 #include "weft/core/vec.hpp"
 
 // Spring between two points that pulls only: slack at its rest length and below. d is the vector
-// from the second point to the first.
+// from the second point to the first. A guided spring acts along a fixed unit vector n: it sees
+// only the part n (n . d) of d, and nothing resists motion across n. n = 0: it is not guided.
 
 namespace weft {
+
+/// What a spring sees of the vector between its points, [m].
+/// @param d [m]   @param n unit vector or 0
+template <class T>
+WEFT_HD Vec3<T> spring_span(const Vec3<T>& d, const Vec3<T>& n) noexcept {
+  return length_sq(n) > T(0) ? dot(n, d) * n : d;
+}
 
 /// Energy k/2 (|d| - rest)^2 where the spring is longer than at rest, else zero. [J]
 /// @param d [m]   @param rest [m] >= 0   @param k [N/m]
@@ -36,6 +44,13 @@ WEFT_HD Mat3<T> spring_stiffness(const Vec3<T>& d, T rest, T k) noexcept {
   const Vec3<T> n = (T(1) / now) * d;
   const Mat3<T> along = outer(n, n);
   return k * ((T(1) - rest / now) * (Mat3<T>::identity() - along) + along);
+}
+
+/// The same for a guided spring without length, k n n^T; not guided if n = 0.
+/// @pre rest = 0 if n is not 0
+template <class T>
+WEFT_HD Mat3<T> spring_stiffness(const Vec3<T>& d, T rest, T k, const Vec3<T>& n) noexcept {
+  return length_sq(n) > T(0) ? k * outer(n, n) : spring_stiffness(d, rest, k);
 }
 
 }  // namespace weft

@@ -54,10 +54,11 @@ struct ContactMemory {
 /// Spring that pulls a cloth vertex to another one or to a place. See elements/spring.hpp.
 template <class T>
 struct Spring {
-  Index v[2];      ///< second: -1 for a spring to a place
-  Vec3<T> anchor;  ///< [m] that place, else not in use
-  T stiffness;     ///< [N/m]
-  T rest;          ///< [m] length up to which it is slack
+  Index v[2];       ///< second: -1 for a spring to a place
+  Vec3<T> anchor;   ///< [m] that place, else not in use
+  T stiffness;      ///< [N/m]
+  T rest;           ///< [m] length up to which it is slack
+  Vec3<T> along{};  ///< unit vector that it acts along; (0, 0, 0): along its own length
 };
 
 /// A collision that continuous detection found within the step.

@@ -44,6 +44,9 @@ struct ContactsCase {
                          set.random.template vector<T>(-0.2, 0.2),
                          set.random.template uniform<T>(5, 10),
                          set.random.template uniform<T>(0, 0.05)});
+      if (n % 4 == 0) springs.back().rest = 0;
+      const Vec3<double> along = set.random.template vector<double>(0.1, 1);
+      if (n % 4 == 0) springs.back().along = vec_cast<T>((1 / length(along)) * along);
     }
   }
 
@@ -106,7 +109,8 @@ struct ContactsCase {
               spring_terms(a, Spring<double>{{s.v[0], s.v[1]},
                                              vec_cast<double>(s.anchor),
                                              double{s.stiffness},
-                                             double{s.rest}}));
+                                             double{s.rest},
+                                             vec_cast<double>(s.along)}));
     }
     return outputs(matrix, sums);
   }

@@ -82,6 +82,38 @@ TEST(Spring, StiffnessIsSemidefinite) {
     }
 }
 
+TEST(Spring, GuidedResistsOnlyAlongItsDirection) {
+  Random random(13);
+  for (int n = 0; n < 50; ++n) {
+    const Vec3<double> along = random.unit();
+    const Vec3<Long> guide = vec_cast<Long>(along);
+    const Vec3<double> d[1] = {(0.002 * n) * random.unit()};
+    const auto energy = [&](const Vec3<Long>(&x)[1]) {
+      return spring_energy(spring_span(x[0], guide), Long(0), static_cast<Long>(k));
+    };
+    const auto gradient = [&](const Vec3<Long>(&x)[1], Vec3<Long>(&g)[1]) {
+      g[0] = -spring_force(spring_span(x[0], guide), Long(0), static_cast<Long>(k));
+    };
+    const double height = dot(along, d[0]);
+    EXPECT_NEAR(static_cast<double>(energy({vec_cast<Long>(d[0])})), k / 2 * height * height,
+                1e-12 * k);
+    const Long step = 1e-3;
+    Vec3<double> expected[1];
+    test::difference_gradient(energy, d, step, expected);
+    const Vec3<double> force[1] = {-spring_force(spring_span(d[0], along), 0.0, k)};
+    EXPECT_LE(test::largest_difference(force, expected), 1e-8 * k);
+    Mat3<double> change[1][1];
+    test::difference_hessian(gradient, d, step, change);
+    const Mat3<double> stiffness[1][1] = {{spring_stiffness(d[0], 0.0, k, along)}};
+    EXPECT_LE(test::largest_difference(stiffness, change), 1e-8 * k);
+    EXPECT_LE(length(stiffness[0][0] * tangential_to(along, random)), 1e-12 * k);
+  }
+  // Without a direction, nothing is left out.
+  const Vec3<double> d{0.03, 0.04, 0}, none{0, 0, 0};
+  EXPECT_EQ(spring_span(d, none), d);
+  EXPECT_EQ(spring_stiffness(d, 0.04, k, none).e[1], spring_stiffness(d, 0.04, k).e[1]);
+}
+
 TEST(Spring, IsSlackUpToItsRestLength) {
   const Vec3<double> d{0.03, 0.04, 0};
   EXPECT_EQ(spring_energy(d, 0.051, k), 0);

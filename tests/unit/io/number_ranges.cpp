@@ -161,7 +161,7 @@ const std::vector<std::string>& bases() {
                    {"cloth": "c", "box": {"min": [0.4, -0.1, -1], "max": [2, 0.1, 1]}}]})",
       R"({"materials": {"m": {}},
           "cloths": [{"name": "c", "grid": {"size": [1, 1], "cells": [2, 2]}, "material": "m"}],
-          "handles": [{"cloth": "c", "vertices": [0], "stiffness": 100, "start_time": 0,
+          "handles": [{"cloth": "c", "vertices": [0], "stiffness": 100, "along": [0, 1, 0], "start_time": 0,
                        "end_time": 1, "fade_time": 0.1,
                        "motion": [{"time": 0, "translate": [0, 0, 0], "rotate": [0, 0, 0, 1]},
                                   {"time": 1, "translate": [0, 0, 1], "scale": 1}]},
@@ -189,7 +189,9 @@ const std::vector<std::string>& bases() {
                                  {"cloth": "b", "edge": {"name": "left", "from": 0.4,
                                                          "to": 1}}]}]})",
       // garments
-      R"({"garments": [{"pattern": "bag.json", "edge": 0.1, "layer": 1}]})",
+      R"({"garments": [{"pattern": "bag.json", "edge": 0.1, "layer": 1,
+                        "attach": [{"panel": "front", "edge": 2, "along": [0, 0, 1], "at": 0.3,
+                                    "end_time": 0.5}]}]})",
   };
   return all;
 }

@@ -134,9 +134,9 @@ WEFT_HD ContactTerms<T> contact_terms(const AssembleContacts<T>& a, const Contac
 template <class T>
 WEFT_HD ContactTerms<T> spring_terms(const AssembleContacts<T>& a, const Spring<T>& s) noexcept {
   const Vec3<T> from = s.v[1] < 0 ? s.anchor : a.positions[static_cast<std::size_t>(s.v[1])];
-  const Vec3<T> d = a.positions[static_cast<std::size_t>(s.v[0])] - from;
+  const Vec3<T> d = spring_span(a.positions[static_cast<std::size_t>(s.v[0])] - from, s.along);
   return {a.h * spring_force(d, s.rest, s.stiffness),
-          (a.h * a.h) * spring_stiffness(d, s.rest, s.stiffness)};
+          (a.h * a.h) * spring_stiffness(d, s.rest, s.stiffness, s.along)};
 }
 
 /// A contact or a spring as the rows see it.

@@ -97,6 +97,8 @@ TEST_F(RenderSubcommand, PartsOfAMotionLookAsInTheWhole) {
   EXPECT_EQ(pictures("one"), (std::set<std::string>{"00002.png"}));
   ASSERT_EQ(render({"--frames", "2:", "-o", "rest"}), 0) << err_;
   EXPECT_EQ(pictures("rest"), (std::set<std::string>{"00002.png", "00003.png"}));
+  ASSERT_EQ(render({"--frames", "last", "-o", "end"}), 0) << err_;
+  EXPECT_EQ(pictures("end"), (std::set<std::string>{"00003.png"}));
 }
 
 TEST_F(RenderSubcommand, ColoursAndEdgesChangeThePicture) {

@@ -17,19 +17,21 @@ void add_shown_frames(CLI::App& subcommand, std::string& input, std::string& fra
                   "(DIR/%05d.obj), a mesh")
       ->required()
       ->type_name("DIR");
-  subcommand.add_option("--frames", frames, "Which frames, both ends included; default: all")
+  subcommand
+      .add_option("--frames", frames, "Which frames, both ends included, or last; default: all")
       ->type_name("A:B[:STEP]");
 }
 
 std::vector<std::size_t> chosen_frames(const std::vector<int>& numbers, const std::string& text) {
   static const std::regex pattern(R"((\d{1,9})|(\d{0,9}):(\d{0,9})(?::(\d{1,9}))?)");
+  if (text == "last") return {numbers.size() - 1};
   const std::string there =
       numbers.size() == 1
           ? fmt::format("frame {}", numbers.front())
           : fmt::format("{} frames from {} to {}", numbers.size(), numbers.front(), numbers.back());
   std::smatch match;
   if (!text.empty() && !std::regex_match(text, match, pattern))
-    throw SceneError("", "--frames", text, "A, A:B or A:B:STEP; there are " + there);
+    throw SceneError("", "--frames", text, "A, A:B, A:B:STEP or last; there are " + there);
   const auto number = [&](std::size_t group, int fallback) {
     return match.size() > group && match[group].length() > 0 ? std::stoi(match[group]) : fallback;
   };

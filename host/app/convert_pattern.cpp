@@ -30,6 +30,8 @@ namespace fs = std::filesystem;
 
 /// [body heights] from the body's waist, within which a pattern's waist may stand.
 constexpr double waist_tolerance = 0.05;
+/// [body heights] above its waist from which a garment hangs from the shoulders.
+constexpr double bodice_least = 0.1;
 
 /// A body as patterns see it: in metres, with y up.
 Mesh read_body(const std::string& file, const Mesh& garment, std::vector<std::string>& notes) {
@@ -88,7 +90,8 @@ Input read_input(const std::string& file, double edge, const std::string& stem,
   return input;
 }
 
-/// Has waists that stand far from the body's waist held there.
+/// Has waists that stand far from the body's waist held there. Others are let go where a bodice
+/// holds them: its length says how far down they go.
 void hold_at_waist(std::vector<Input>& inputs, const Mesh& body) {
   const auto labelled = [](const io::HeldLabel& held) { return held.label == io::waist_label; };
   std::optional<lab::Waist> waist;
@@ -103,8 +106,12 @@ void hold_at_waist(std::vector<Input>& inputs, const Mesh& body) {
         for (const Index v : label.vertices)
           mean +=
               input.garment.mesh.positions[at(v)][1] / static_cast<double>(label.vertices.size());
+    double top = mean;
+    for (const Vec3<double>& x : input.garment.mesh.positions) top = std::max(top, x[1]);
     if (std::abs(mean - waist->height) > waist_tolerance * waist->body_height)
       held->height = std::round(1000 * waist->height) / 1000;
+    else if (top - mean > bodice_least * waist->body_height)
+      input.entry.held.erase(held);
   }
 }
 

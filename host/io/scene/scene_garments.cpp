@@ -155,12 +155,12 @@ Mesh in_scene_axes(Mesh mesh) {
   return mesh;
 }
 
-/// [m] How far vertices are from the place where they are to be held, on average.
-double way_to_place(const Attachment& attachment, const std::vector<Vec3<double>>& positions) {
-  double mean = 0;
+/// [m] Where the vertices of an attachment are along its direction, on average.
+double mean_place(const Attachment& attachment, const std::vector<Vec3<double>>& positions) {
+  double sum = 0;
   for (const Index v : attachment.handle.vertices)
-    mean += dot(positions[at(v)], attachment.handle.along);
-  return *attachment.place - mean / static_cast<double>(attachment.handle.vertices.size());
+    sum += dot(positions[at(v)], attachment.handle.along);
+  return sum / static_cast<double>(attachment.handle.vertices.size());
 }
 
 /// Moves the panels with edges that are held at a place, so that these edges stand there.
@@ -168,8 +168,9 @@ void take_to_places(GarmentCloth& entry) {
   Mesh& mesh = entry.garment.mesh;
   for (const Attachment& attachment : entry.attachments) {
     if (!attachment.place) continue;
-    const Vec3<double> way = attachment.handle.along *
-                             way_to_place(attachment, in_scene_axes(entry.garment.mesh).positions);
+    const Vec3<double> way =
+        attachment.handle.along *
+        (*attachment.place - mean_place(attachment, in_scene_axes(entry.garment.mesh).positions));
     const std::vector<Index>& held = attachment.handle.vertices;
     for (const GarmentPanel& panel : entry.garment.panels) {
       const auto begin = mesh.positions.begin() + panel.first_vertex;
@@ -300,10 +301,13 @@ void attach_garments(const std::vector<GarmentCloth>& garments, Scene& scene) {
   for (const GarmentCloth& entry : garments)
     for (const Attachment& attachment : entry.attachments) {
       Handle handle = attachment.handle;
-      if (attachment.place) {
-        const double way = way_to_place(attachment, scene.cloths[at(entry.cloth)].mesh.positions);
+      if (length(handle.along) > 0) {
+        const double place = attachment.place.value_or(
+            mean_place(attachment, scene.cloths[at(entry.cloth)].mesh.positions));
+        // Shrunk to a point, which stands for a plane: springs see nothing of it but its height.
         handle.motion = {{0, {}}, {time_to_place, {}}};
-        handle.motion[1].transform.translate = handle.along * way;
+        handle.motion[1].transform.scale = quantity::scale.least;
+        handle.motion[1].transform.translate = handle.along * place;
       }
       scene.handles.push_back(std::move(handle));
     }

@@ -13,7 +13,7 @@ namespace weft::io {
 struct Attachment {
   Handle handle;
   std::optional<double>
-      place{};  ///< [m] along Handle::along, for the mean; empty: where they start
+      place{};  ///< [m] along Handle::along; empty: the mean of where the vertices start
 };
 
 /// A cloth of "garments" that is not sewn yet.

@@ -508,7 +508,9 @@ def ply_frame(data, path):
     counts = dict(re.findall(rb"^element (\w+) (\d+)", head, re.M))
     fields = [(name.decode(), kinds[kind]) for kind, name in re.findall(rb"^property (float|double) (\w+)", head, re.M)]
     vertices = np.frombuffer(body, fields, int(counts[b"vertex"]))
-    faces = np.frombuffer(body, [("count", "u1"), ("corners", "<i4", 3)], int(counts[b"face"]), vertices.nbytes)
+    beside = re.findall(rb"^property (\w+) (\w+)$", head[head.index(b"element face"):], re.M)
+    face = [("count", "u1"), ("corners", "<i4", 3)] + [(name.decode(), kinds[kind]) for kind, name in beside]
+    faces = np.frombuffer(body, face, int(counts[b"face"]), vertices.nbytes)
     positions = np.stack([vertices[axis] for axis in "xyz"], axis=1).astype(np.float64)
     corners = faces["corners"].astype(np.int64)
     uv = np.stack((vertices["s"], vertices["t"]), axis=1)[corners] if "s" in vertices.dtype.names else None

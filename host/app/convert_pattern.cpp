@@ -168,7 +168,7 @@ std::vector<std::string> convert_patterns(const PatternRequest& request) {
       fmt::print("{}: edges labelled {} are held {}, see \"attach\" in the scene\n",
                  input.entry.name, held.label,
                  held.height ? fmt::format("at a height of {} m, the body's waist", *held.height)
-                             : "at the height where they start");
+                             : "at the mean height where they start");
   return notes;
 }
 

@@ -93,9 +93,9 @@ class SceneRun {
   bool gained_ = false;  ///< the run ends because of energy from nothing
   std::unique_ptr<StepLog> log_;
   std::unique_ptr<LiveServer> live_;  ///< null: nobody watches
-  FrameWriter frames_{directory_,
-                      simulation_.scene()};  ///< used by writing_ alone, until it is done
-  std::filesystem::path checkpoint_;         ///< the last one written or resumed from
+  /// Used by writing_ alone, until that is done.
+  FrameWriter frames_{directory_, simulation_.scene()};
+  std::filesystem::path checkpoint_;  ///< the last one written or resumed from
   std::int64_t checkpoint_step_ = -1;
   bool compliance_said_ = false;
   bool limits_said_ = false;

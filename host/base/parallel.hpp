@@ -52,7 +52,8 @@ template <class Term>
 double sum_of(std::size_t count, const Term& term) {
   constexpr std::size_t length = 8192;
   std::vector<double> blocks((count + length - 1) / length);
-  for_each_index(setup_threads(count), blocks.size(), [&](std::size_t b) {
+  const unsigned threads = blocks.size() > 1 ? setup_threads(count) : 1;
+  for_each_index(threads, blocks.size(), [&](std::size_t b) {
     double sum = 0;
     for (std::size_t i = b * length; i < std::min(count, (b + 1) * length); ++i) sum += term(i);
     blocks[b] = sum;

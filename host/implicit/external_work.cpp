@@ -16,14 +16,17 @@
 namespace weft {
 namespace {
 
+/// What the spring sees of the vector between its ends. [m]
+Vec3<double> span_of(const Spring<double>& s, const std::vector<Vec3<double>>& x) {
+  return spring_span(x[at(s.v[0])] - (s.v[1] < 0 ? s.anchor : x[at(s.v[1])]), s.along);
+}
+
 double energy_of(const Spring<double>& s, const std::vector<Vec3<double>>& x) {
-  const Vec3<double> d = x[at(s.v[0])] - (s.v[1] < 0 ? s.anchor : x[at(s.v[1])]);
-  return spring_energy(spring_span(d, s.along), s.rest, s.stiffness);
+  return spring_energy(span_of(s, x), s.rest, s.stiffness);
 }
 
 Vec3<double> force_of(const Spring<double>& s, const std::vector<Vec3<double>>& x) {
-  const Vec3<double> d = x[at(s.v[0])] - (s.v[1] < 0 ? s.anchor : x[at(s.v[1])]);
-  return spring_force(spring_span(d, s.along), s.rest, s.stiffness);
+  return spring_force(span_of(s, x), s.rest, s.stiffness);
 }
 
 bool same_ends(const std::vector<Spring<double>>& a, const std::vector<Spring<double>>& b) {

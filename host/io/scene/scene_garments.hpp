@@ -12,8 +12,8 @@ namespace weft::io {
 /// Edges of a garment that springs hold.
 struct Attachment {
   Handle handle;
-  std::optional<double>
-      place{};  ///< [m] along Handle::along; empty: the mean of where the vertices start
+  /// [m] along Handle::along; empty: the mean of where the vertices start
+  std::optional<double> place{};
 };
 
 /// A cloth of "garments" that is not sewn yet.

@@ -14,7 +14,7 @@ namespace weft {
 /// What an adaptive run carries from remesh to remesh, beside its scene.
 struct AdaptiveRun {
   std::vector<unsigned char> kept;  ///< [inputs] Keeping
-  double peak_kinetic = 0;          ///< [J] the largest energy of motion, at the ends of frames
+  double peak_kinetic = 0;          ///< [J] the largest energy of motion at the end of a frame
   /// [cloth triangles] as the scene numbers them, see Store::set_compression(); empty: 1
   std::vector<double> compression;
   std::uint64_t origin = 0;  ///< says which scene the meshes come from

@@ -159,7 +159,7 @@ struct AdaptiveSettings {
   Remeshing remeshing;           ///< of cloths that have none
   double flip_threshold = 0.01;  ///< flip an edge only if it improves by this much, >= 0
   /// Estimated energy that all flips and collapses of one remesh may add or remove, as a share of
-  /// the largest kinetic energy of the run so far; >= 0, infinity: no limit.
+  /// the largest kinetic energy at the end of a frame so far; >= 0, infinity: no limit.
   double energy_share = 0.002;
 };
 

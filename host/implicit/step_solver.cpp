@@ -256,6 +256,10 @@ bool StepSolver<T>::search_line(const Attempt& a, StepReport& report) {
 template <class T>
 bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
+  const int newton_iterations = store_.scene().solver.newton_iterations;
+  // The search takes contacts for what they were in the last step. The solve knows better, also of
+  // those that it did not have.
+  if (!refined_ && newton_iterations <= 1) update_active_set({.may_become_firm = a.whole});
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
   const SolveFloor floor = floor_;
   if (refined_) {
@@ -263,7 +267,6 @@ bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
     floor_ = floor;
     return search_line(a, report) && refine(a, report);
   }
-  const int newton_iterations = store_.scene().solver.newton_iterations;
   if (newton_iterations > 1) return finish_solve(a, floor, report) && search_line(a, report);
   return solve_with_early_look(a, floor, report) && iterate_active_set(a, report) &&
          (newton_iterations == 1 || refine(a, report));

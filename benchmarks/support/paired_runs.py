@@ -142,16 +142,16 @@ COLUMNS = [
 
 
 def table(path):
-    cases = read_cases(path)
+    cases = {name: case for name, case in read_cases(path).items() if {*case} <= {"old", "new"}}
     columns = [("run", False, lambda named: named[0]),
                *[(heading, number, lambda named, text=text: text(named[1]))
                  for heading, number, text in COLUMNS]]
     print(markdown(columns, [row(columns, path, named) for named in cases.items()
-                             if named[1] and not named[0].startswith("roofline")]))
+                             if "sample" in next(iter(named[1].values()), {})]))
     for name, case in cases.items():
-        if not name.startswith("roofline"):
-            continue
         for age, found in case.items():
+            if "pcg" not in found:
+                continue
             pcg, step = found["pcg"], found["step"]
             print(f"{name}, {age}: {step['iterations']:.0f} iterations in {step['solves']:.2f} "
                   f"solves per step" + (f", conjugate gradients {pcg['ms_per_step']:.2f} ms per "
@@ -179,7 +179,7 @@ def main():
                     continue
                 with tempfile.TemporaryDirectory() as folder:
                     case = run_case(name, old, new, count, arguments.limit, Path(folder))
-                put_case(path, f"{name}_{count}" if count > 1 else name, case)
+                put_case(path, f"paired_{name}_{count}" if count > 1 else f"paired_{name}", case)
                 if name in RUNS:
                     print(f"{name} on {count}: {speed(case)} times as fast", flush=True)
     except BadInput as error:

@@ -257,9 +257,9 @@ template <class T>
 bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
   const int newton_iterations = store_.scene().solver.newton_iterations;
-  // The search takes contacts for what they were in the last step. The solve knows better, also of
-  // those that it did not have.
-  if (!refined_ && newton_iterations <= 1) update_active_set({.may_become_firm = a.whole});
+  // The search takes contacts for what they were in the last step. The solve knows better of those
+  // that it had.
+  if (!refined_ && newton_iterations <= 1) update_active_set({.parted = true});
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
   const SolveFloor floor = floor_;
   if (refined_) {
@@ -358,7 +358,8 @@ ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
             g.component_of_vertex.span(), g.component_inverse_mass.span(),
             store_.model().cloth_vertex_count, static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0,
             how.may_become_firm ? store_.rank(r).touched.span() : Span<const unsigned char>(),
-            how.last, how.early, how.compare, rank_mismatch_[n].span(), rank_friction_[n].span()});
+            how.last, how.early, how.compare, how.parted, rank_mismatch_[n].span(),
+            rank_friction_[n].span()});
   }
   double mismatch_sq = 0;
   std::vector<std::int64_t> friction(rank_friction_[0].size());

@@ -58,6 +58,7 @@ class StepSolver {
     bool compare = false;
     bool may_become_firm = false;
     bool last = false;
+    bool parted = false;
   };
 
   bool solve_once(const Attempt& a, StepReport& report);

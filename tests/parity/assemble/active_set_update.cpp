@@ -6,7 +6,7 @@ namespace weft::parity {
 namespace {
 
 /// Every launch takes all contacts, so `parts` is how often the same is done to a fresh copy.
-template <class T, bool last, bool early = false, bool compare = false>
+template <class T, bool last, bool early = false, bool compare = false, bool parted = false>
 struct ActiveSetUpdateCase {
   using Scalar = T;
   ContactSet<T> set{20, 2500};
@@ -33,7 +33,7 @@ struct ActiveSetUpdateCase {
       launch(device.compute(), AssembleActiveSetUpdate<T>{
                                    contacts_d.span(), x.span(), x0.span(), component.span(),
                                    inverse.span(), set.cloth, h, inverse_gravity, touched.span(),
-                                   last, early, compare, mismatch.span(), friction.span()});
+                                   last, early, compare, parted, mismatch.span(), friction.span()});
       std::vector<double> weights;
       for (const std::int64_t sum : download(friction))
         weights.push_back(static_cast<double>(sum) / friction_one);
@@ -97,11 +97,18 @@ struct ActiveSetUpdateCase {
     double sum = 0;
     std::vector<double> friction(3 * inverse_mass.size());
     const std::vector<Index> component = components();
+    bool any_met = false, any_apart = false;
     for (const Contact<T>& contact : set.contacts) {
       Contact<double> c = in_double(contact);
-      const double firmer = make_firm(c, x, x0);
       const ContactMotion<double> m =
           contact_motion(c, Span<const Vec3<double>>(x), Span<const Vec3<double>>(x0));
+      const bool met = !(m.gap > 0);
+      (met ? any_met : any_apart) = true;
+      if (parted && met) {
+        all.push_back(c);
+        continue;
+      }
+      const double firmer = make_firm(c, x, x0);
       const FrictionTangent<double> taken{c.drag, c.drag_limit, c.slide};
       ContactWeights<double> right = contact_weights(c, m);
       if (early) right.drag = taken;
@@ -132,6 +139,7 @@ struct ActiveSetUpdateCase {
       c.slide = right.drag.slide;
       all.push_back(compare ? in_double(contact) : c);
     }
+    EXPECT_TRUE(any_met && any_apart);
     return numbers(all, {sum * double{h} * double{h}}, friction);
   }
 };
@@ -140,7 +148,9 @@ using Cases = testing::Types<
     ActiveSetUpdateCase<float, true>, ActiveSetUpdateCase<float, false>,
     ActiveSetUpdateCase<double, true>, ActiveSetUpdateCase<double, false>,
     ActiveSetUpdateCase<float, false, true>, ActiveSetUpdateCase<double, false, true>,
-    ActiveSetUpdateCase<float, false, true, true>, ActiveSetUpdateCase<double, false, true, true>>;
+    ActiveSetUpdateCase<float, false, true, true>, ActiveSetUpdateCase<double, false, true, true>,
+    ActiveSetUpdateCase<float, false, false, false, true>,
+    ActiveSetUpdateCase<double, false, false, false, true>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(AssembleActiveSetUpdate, KernelParity, Cases);
 
 }  // namespace

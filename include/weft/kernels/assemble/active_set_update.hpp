@@ -34,7 +34,10 @@ struct AssembleActiveSetUpdate {
   /// The solve has paused early: it shows which contacts push, but not what friction is, nor which
   /// are crushed.
   bool early = false;
-  bool compare = false;      ///< early: contacts stay what they were taken for
+  bool compare = false;  ///< early: contacts stay what they were taken for
+  /// Contacts that have met stay what they were taken for: the solve did not know of them, and how
+  /// deep it has let them go says nothing of what they bear.
+  bool parted = false;
   Span<double> mismatch_sq;  ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
   /// [3 * components] by how much friction on a component is not what it was taken for, in weights
   /// of the component / friction_one. Is added to.
@@ -100,6 +103,7 @@ WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpd
                                                       Index i) noexcept {
   Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
   if (a.early) return early_change(a, c);
+  if (a.parted && !(gap_at(c, a.positions) > T(0))) return {};
   const double firmer = a.last || a.touched.empty() ? 0 : static_cast<double>(make_firm(a, c));
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);

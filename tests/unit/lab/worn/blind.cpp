@@ -1,0 +1,70 @@
+// The verdict on worn garments against good and bad fits on sculpted bodies, which were made by
+// someone who knew what `weft check --worn` promises, and not how it decides.
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <string>
+
+#include "host/lab/worn/worn.hpp"
+#include "tests/unit/lab/worn/level_surface.hpp"
+#include "tests/unit/lab/worn/sculpted.hpp"
+
+namespace weft::lab::test {
+namespace {
+
+std::string faults_of(const SculptedFit& fit) {
+  const BodySegmentation none;
+  WornInput input{fit.cloth, fit.body, nullptr, nullptr, fit.up, true, none, {}};
+  if (fit.with_cloth_start) input.cloth_start = &fit.cloth_start;
+  if (fit.with_body_start) input.body_start = &fit.body_start;
+  std::string faults;
+  for (const GarmentVerdict& garment : worn(input))
+    for (const std::string& fault : garment.faults) faults += "\n  " + fault;
+  return faults;
+}
+
+int passed_good(int set) {
+  int passed = 0;
+  for (int n = 0; n < fits_in_set; ++n) {
+    const SculptedFit fit = sculpted_good(set, n);
+    const std::string faults = faults_of(fit);
+    EXPECT_EQ(faults, "") << "good fit " << n << " of set " << set << ", " << fit.what;
+    passed += faults.empty();
+  }
+  return passed;
+}
+
+int found_bad(int set) {
+  int found = 0;
+  for (int n = 0; n < fits_in_set; ++n) {
+    const SculptedFit fit = sculpted_bad(set, n);
+    const std::string faults = faults_of(fit);
+    EXPECT_NE(faults, "") << "bad fit " << n << " of set " << set << ", " << fit.what;
+    found += !faults.empty();
+  }
+  return found;
+}
+
+TEST(Sculpted, BodiesAreClosedAndOfOnePiece) {
+  for (int n = 0; n < 3; ++n) {
+    const SculptedFit fit = sculpted_good(0, 5 * n);
+    const MeshEdges all = edges_of(fit.body.triangles);
+    for (const int triangles : all.triangles) ASSERT_EQ(triangles, 2) << fit.what;
+    // Euler's number of a sphere.
+    EXPECT_EQ(fit.body.positions.size() + fit.body.triangles.size(), all.edges.size() + 2)
+        << fit.what;
+  }
+}
+
+TEST(Sculpted, GoodFitsHaveNoFault) {
+  const int passed = passed_good(0);
+  std::cout << passed << " of " << fits_in_set << " good fits passed\n";
+}
+
+TEST(Sculpted, BadFitsAreFound) {
+  const int found = found_bad(0);
+  std::cout << found << " of " << fits_in_set << " bad fits found\n";
+}
+
+}  // namespace
+}  // namespace weft::lab::test

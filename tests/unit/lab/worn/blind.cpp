@@ -2,6 +2,7 @@
 // someone who knew what `weft check --worn` promises, and not how it decides.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <iostream>
 #include <string>
 
@@ -40,6 +41,8 @@ int found_bad(int set) {
     const SculptedFit fit = sculpted_bad(set, n);
     const std::string faults = faults_of(fit);
     EXPECT_NE(faults, "") << "bad fit " << n << " of set " << set << ", " << fit.what;
+    if (std::getenv("WEFT_SHOW_FAULTS") != nullptr)
+      std::cout << n << " " << fit.what << faults << "\n";
     found += !faults.empty();
   }
   return found;

@@ -69,5 +69,25 @@ TEST(Sculpted, BadFitsAreFound) {
   std::cout << found << " of " << fits_in_set << " bad fits found\n";
 }
 
+TEST(Sculpted, OtherGoodFitsHaveNoFault) {
+  const int passed = passed_good(1);
+  std::cout << passed << " of " << fits_in_set << " good fits passed\n";
+}
+
+TEST(Sculpted, OtherBadFitsAreFound) {
+  const int found = found_bad(1);
+  std::cout << found << " of " << fits_in_set << " bad fits found\n";
+}
+
+TEST(Sculpted, FitsOfManySeedsSlow) {
+  int passed = 0, found = 0;
+  for (int set = 2; set < 10; ++set) {
+    passed += passed_good(set);
+    found += found_bad(set);
+  }
+  std::cout << passed << " of " << 8 * fits_in_set << " good fits passed, " << found << " of "
+            << 8 * fits_in_set << " bad fits found\n";
+}
+
 }  // namespace
 }  // namespace weft::lab::test

@@ -17,10 +17,11 @@ struct SculptedFit {
   Vec3<double> up{0, 0, 1};
 };
 
-/// Fits of a set. Bodies, poses, garments and sizes of what happened differ from set to set.
+/// Fits of a set. Bodies, garments and sizes of what happened differ from set to set; of poses and
+/// of what happened there are two lists, for even and for odd sets.
 constexpr int fits_in_set = 15;
 
-/// @param set 0 or 1
+/// @param set not negative
 /// @param n in [0, fits_in_set)
 /// @return a garment that is worn as it was put on: it sags, turns, wrinkles and stretches by no
 /// more than 0.6 of the limits that `weft check` promises

@@ -9,29 +9,28 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 
-// Distance from a cone with round ends, from `a` along the unit axis `e` to `l`. In the plane of
-// the axis and p, it is the distance from the segment that touches both end circles.
-double cone_distance(Point q, Point e, double l, double ra, double rb, Point* gradient) {
+// Distance from a cone with round ends, from the origin along the unit axis `e` to `l`. In the
+// plane of the axis and q, it is the distance from the segment that touches both end circles.
+double cone_distance(const Point& q, const Point& e, double l, double ra, double rb,
+                     Point* gradient) {
   const double y = dot(q, e);
-  const Point radial = q - y * e;
-  const double x = length(radial);
+  const double x = std::sqrt(std::max(0.0, dot(q, q) - y * y));
   const double s = (ra - rb) / l, c = std::sqrt(std::max(0.0, 1 - s * s));
   const double t = y * c - x * s;
   const double along_end = t < 0 ? y : y - l;
   if (t < 0 || t > l * c) {
     const double d = std::sqrt(x * x + along_end * along_end);
-    if (gradient) *gradient = d > 1e-12 ? (1 / d) * (radial + along_end * e) : e;
+    if (gradient) *gradient = d > 1e-12 ? (1 / d) * (q + (along_end - y) * e) : e;
     return d - (t < 0 ? ra : rb);
   }
-  if (gradient) *gradient = x > 1e-12 ? (c / x) * radial + s * e : e;
+  if (gradient) *gradient = x > 1e-12 ? (c / x) * q + (s - c * y / x) * e : e;
   return x * c + y * s - ra;
 }
 
-double ellipsoid_distance(Point q, Point r, Point* gradient) {
+double ellipsoid_distance(const Point& q, const Point& r, Point* gradient) {
   const Point u{q[0] / r[0], q[1] / r[1], q[2] / r[2]};
   const Point u1{u[0] / r[0], u[1] / r[1], u[2] / r[2]};
-  const double k0 = length(u);
-  const double k1 = length(u1);
+  const double k0 = std::sqrt(dot(u, u)), k1 = std::sqrt(dot(u1, u1));
   if (k1 < 1e-9) {
     if (gradient) *gradient = {0, 0, 1};
     return -std::min({r[0], r[1], r[2]});
@@ -127,14 +126,16 @@ Sculpture::Sculpture(const Proportions& proportions, const Pose& pose)
     cone(side_bone(Bone::upper_arm_l, side), a, 0.03, {0, 0, 0}, {0, 0, -ua}, 0.03 * m, 0.024 * m);
     ellipsoid(side_bone(Bone::upper_arm_l, side), a, 0.02, {0, -0.008, -0.55 * ua},
               {0.024 * m, 0.026 * m, 0.05});
-    cone(side_bone(Bone::forearm_l, side), a, 0.015, {0, 0, 0}, {0, 0, -fa}, 0.025 * m, 0.0195 * m);
-    ellipsoid(side_bone(Bone::hand_l, side), a, 0.012, {0, -0.004, -0.042}, {0.019, 0.027, 0.05});
+    cone(side_bone(Bone::forearm_l, side), a, 0.015, {0, 0, 0}, {0, 0, -fa},
+         std::max(0.024, 0.025 * m), std::max(0.0215, 0.02 * m));
+    ellipsoid(side_bone(Bone::hand_l, side), a, 0.012, {0, -0.004, -0.042}, {0.022, 0.028, 0.05});
     const double th = length(bone(Bone::shin_l, side).o - hip(side)) / h;
     const double sh = length(ankle(side) - bone(Bone::shin_l, side).o) / h;
     cone(side_bone(Bone::thigh_l, side), l, 0.03, {0, 0, 0}, {0, 0, -th}, 0.05 * m, 0.033 * m);
     ellipsoid(side_bone(Bone::thigh_l, side), l, 0.03, {e * 0.006, -0.01, -0.35 * th},
               {0.044 * m, 0.048 * m, 0.09});
-    cone(side_bone(Bone::shin_l, side), l, 0.015, {0, 0, 0}, {0, 0, -sh}, 0.032 * m, 0.021 * m);
+    cone(side_bone(Bone::shin_l, side), l, 0.015, {0, 0, 0}, {0, 0, -sh}, 0.032 * m,
+         std::max(0.022, 0.021 * m));
     ellipsoid(side_bone(Bone::shin_l, side), l, 0.015, {0, 0.014, -0.3 * sh},
               {0.027 * m, 0.028 * m, 0.06});
     ellipsoid(side_bone(Bone::foot_l, side), l, 0.012, {0, -0.035, -0.024}, {0.026, 0.068, 0.021});
@@ -198,6 +199,8 @@ void Sculpture::place(Blob blob) {
   if (blob.round_cone) {
     blob.axis = unit(blob.b - blob.a);
     blob.length = length(blob.b - blob.a);
+    blob.end = f.world(blob.a);
+    blob.world_axis = f.vector(blob.axis);
     blob.centre = f.world(0.5 * (blob.a + blob.b));
     blob.radius = 0.5 * length(blob.b - blob.a) + std::max(blob.ra, blob.rb);
   } else {
@@ -215,13 +218,13 @@ void Sculpture::add_cone(Bone bone, double from, double to, double radius_from, 
 }
 
 double Sculpture::blob_distance(const Blob& blob, Point p, Point* gradient) const {
+  if (blob.round_cone && blob.flat == 1)
+    return cone_distance(p - blob.end, blob.world_axis, blob.length, blob.ra, blob.rb, gradient);
   const Frame& f = bone(blob.bone);
   Point q = f.local(p) - blob.a;
   double d;
   if (!blob.round_cone) {
     d = ellipsoid_distance(q, blob.b, gradient);
-  } else if (blob.flat == 1) {
-    d = cone_distance(q, blob.axis, blob.length, blob.ra, blob.rb, gradient);
   } else {
     q[1] /= blob.flat;
     d = blob.flat * cone_distance(q, blob.axis, blob.length, blob.ra, blob.rb, gradient);
@@ -238,7 +241,8 @@ double Sculpture::distance(Point p, unsigned parts, Point* gradient) const {
     if (!(blob.part & parts)) continue;
     if (blob.flat == 1) {
       const double reach = best + blob.blend + blob.radius;
-      if (reach > 0 && length_sq(p - blob.centre) > reach * reach) continue;
+      const Point q = p - blob.centre;
+      if (reach > 0 && q[0] * q[0] + q[1] * q[1] + q[2] * q[2] > reach * reach) continue;
     }
     Point g{};
     const double d = blob_distance(blob, p, gradient ? &g : nullptr);

@@ -179,7 +179,8 @@ class Sculpture {
     Point a, b;    // ends of a cone, or centre and half axes of an ellipsoid; in the bone
     double ra = 0, rb = 0;
     double flat = 1;
-    Point axis{};  // unit, of a cone
+    Point axis{};               // unit, of a cone
+    Point end{}, world_axis{};  // a and axis in the world
     double length = 0;
     Point centre{};  // of a sphere around it, in the world
     double radius = 0;

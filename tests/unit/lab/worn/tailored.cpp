@@ -230,7 +230,8 @@ Tailored tailored(Cut cut, const Sculpture& body, const Tailoring& how, Draw& dr
           armhole_l + side);
     }
   if (has_legs(cut)) {
-    const double end = (cut == Cut::shorts ? 0.2 : 0.43) * how.length * h;
+    const double leg_length = body.hip_z() - 0.045 * h;
+    const double end = (cut == Cut::shorts ? 0.43 : 0.92) * how.length * leg_length;
     for (int side = 0; side < 2; ++side)
       surface.cut(
           [&](Point p) {

@@ -110,12 +110,11 @@ class Examination {
   }
 
   Shift shift(const std::vector<Index>& vertices, BodyPart part) const {
-    const std::size_t p = index_of(part);
     Shift result;
     double cosine = 0, sine = 0;
     for (const Index v : vertices) {
-      const LinePlace a = place_at((*start_)[at(v)], then_.line[p], then_.front);
-      const LinePlace b = place_at(in_.cloth.positions[at(v)], now_.line[p], now_.front);
+      const LinePlace a = place_at((*start_)[at(v)], then_, part);
+      const LinePlace b = place_at(in_.cloth.positions[at(v)], now_, part);
       result.along += (b.along - a.along) / static_cast<double>(vertices.size());
       cosine += std::min(a.distance, b.distance) * std::cos(b.angle - a.angle);
       sine += std::min(a.distance, b.distance) * std::sin(b.angle - a.angle);
@@ -128,8 +127,7 @@ class Examination {
   double surrounds(const std::vector<Index>& vertices, BodyPart part) const {
     std::array<bool, sectors> hit{};
     for (const Index v : vertices) {
-      const LinePlace place =
-          place_at(in_.cloth.positions[at(v)], now_.line[index_of(part)], now_.front);
+      const LinePlace place = place_at(in_.cloth.positions[at(v)], now_, part);
       hit[sector(place.angle)] = true;
     }
     return static_cast<double>(std::count(hit.begin(), hit.end(), true)) / sectors;
@@ -145,7 +143,7 @@ class Examination {
     double distance = -1;
     for (const BodyPart part : among) {
       if (lines.line[index_of(part)].size() < 2) continue;
-      const double d = place_at(x, lines.line[index_of(part)], lines.front).distance;
+      const double d = place_at(x, lines, part).distance;
       if (distance < 0 || d < distance) {
         distance = d;
         best = part;
@@ -285,10 +283,9 @@ class Examination {
   /// at the start if that is known.
   bool before_face(const std::vector<Index>& loop) const {
     if (!figure_.has_limbs()) return false;
-    const Points& trunk = now_.line[0];
     double mean = 0;
     for (const Index v : loop)
-      mean += place_at(in_.cloth.positions[at(v)], trunk, now_.front).along /
+      mean += place_at(in_.cloth.positions[at(v)], now_, BodyPart::trunk).along /
               static_cast<double>(loop.size());
     return mean < arm_root(now_) &&
            (start_ == nullptr ||
@@ -299,7 +296,7 @@ class Examination {
   static double arm_root(const BodyLines& lines) {
     double root = 0;
     for (const std::size_t p : {std::size_t{1}, std::size_t{2}})
-      root += place_at(lines.line[p][0], lines.line[0], lines.front).along / 2;
+      root += place_at(lines.line[p][0], lines, BodyPart::trunk).along / 2;
     return root;
   }
 
@@ -337,7 +334,7 @@ class Examination {
   /// Whether an opening around the trunk is at the height where arms begin.
   bool at_arms(const Linking& linking, const BodyLines& lines) const {
     if (!figure_.has_limbs()) return false;
-    const double root = place_at(lines.line[1][0], lines.line[0], lines.front).along;
+    const double root = place_at(lines.line[1][0], lines, BodyPart::trunk).along;
     return std::abs(linking.trunk_at - root) < 0.04 * height();
   }
 
@@ -369,11 +366,10 @@ class Examination {
   std::set<std::pair<int, std::size_t>> shoulder_cells(const std::vector<Index>& vertices,
                                                        const Points& x, const BodyLines& lines,
                                                        int below) const {
-    const Points& trunk = lines.line[0];
     const double root = arm_root(lines);
     std::set<std::pair<int, std::size_t>> cells;
     for (const Index v : vertices) {
-      const LinePlace place = place_at(x[at(v)], trunk, lines.front);
+      const LinePlace place = place_at(x[at(v)], lines, BodyPart::trunk);
       const double row = (place.along - root) / (cell_rows * height());
       if (place.distance < 0.2 * height() && row > -2 && row < 1 + below)
         cells.insert({static_cast<int>(std::floor(row)), sector(place.angle)});
@@ -410,8 +406,7 @@ class Examination {
       const auto& v = in_.cloth.triangles[at(t)].v;
       const Vec3<double> a = x[at(v[0])], b = x[at(v[1])], c = x[at(v[2])];
       const Vec3<double> normal = cross(b - a, c - a);
-      const LinePlace place =
-          place_at((a + b + c) * (1.0 / 3), lines.line[index_of(part)], lines.front);
+      const LinePlace place = place_at((a + b + c) * (1.0 / 3), lines, part);
       area += length(normal);
       sum += dot(normal, place.away) > 0 ? length(normal) : -length(normal);
     }

@@ -448,23 +448,30 @@ BodyLines BodyFigure::lines(const std::vector<Vec3<double>>& positions) const {
   if (!place_.empty()) turn_with_surface(positions, pose);
   BodyLines result{pose.centre, pose.across};
   if (!has_limbs_) return result;
-  // Limbs begin on the trunk, so that the lines are one tree.
+  for (const std::size_t p : {std::size_t{1}, std::size_t{2}}) {
+    std::vector<Vec3<double>>& ahead = result.ahead[p];
+    if (result.line[p].size() <= 8) continue;
+    straighten_root(result.line[p], joint_reach * line_length(result.line[p]));
+    ahead.erase(ahead.begin());
+    ahead[0] = ahead[1];  // the slice of the other one was askew
+  }
+  // Limbs begin on the trunk, so that the lines are one tree. Both arms begin at one point: what
+  // passes between two would be around neither.
   const std::vector<Vec3<double>>& trunk = result.line[0];
+  if (trunk.empty()) return result;
+  const auto root = [&](std::size_t p) {
+    return result.line[p].empty() ? trunk.front() : result.line[p].front();
+  };
+  const Vec3<double> between_arms = (root(1) + root(2)) * 0.5;
+  const Vec3<double> arms_at =
+      *std::min_element(trunk.begin(), trunk.end(), [&](const auto& a, const auto& b) {
+        return length(a - between_arms) < length(b - between_arms);
+      });
   for (std::size_t p = 1; p < body_part_count; ++p) {
     std::vector<Vec3<double>>& line = result.line[p];
-    std::vector<Vec3<double>>& ahead = result.ahead[p];
-    if (trunk.empty() || line.empty()) continue;
-    if (p < 3 && line.size() > 8) {
-      straighten_root(line, joint_reach * line_length(line));
-      ahead.erase(ahead.begin());
-      ahead[0] = ahead[1];  // the slice of the other one was askew
-    }
-    const Vec3<double> first = line.front();
-    const auto nearest = std::min_element(
-        trunk.begin(), trunk.end(),
-        [&](const auto& a, const auto& b) { return length(a - first) < length(b - first); });
-    line.insert(line.begin(), p >= 3 ? trunk.back() : *nearest);
-    ahead.insert(ahead.begin(), ahead.front());
+    if (line.empty()) continue;
+    line.insert(line.begin(), p >= 3 ? trunk.back() : arms_at);
+    result.ahead[p].insert(result.ahead[p].begin(), result.ahead[p].front());
   }
   return result;
 }

@@ -381,17 +381,18 @@ void arm_through_neck(Wearing& w, int side) {
       continue;
     }
     // From the neck, cloth above this line goes below it.
-    const double line = 0.5 * t + (armpit - 0.5 * t) * smooth_step(0.02, 0.085, out);
+    const double line = 0.5 * t + (armpit - 0.5 * t) * smooth_step(0.01, 0.05, out);
     if (out < 0.005 || q[2] < armpit - 0.15 * t) continue;
-    const double room = 0.15 * t;
+    const double room = 0.1 * t;
     const double above = q[2] - (line - room);
     const double z = above > 0 ? line - room + room * (1 - std::exp(-above / room)) : q[2];
-    w.x[v] = chest.world({q[0], q[1], z});
+    // What was on top of the shoulder goes to the side, under the arm.
+    const double x = q[0] + smooth_step(0.1 * t, 0.35 * t, above) * (e * 0.12 * h - q[0]);
+    w.x[v] = chest.world({x, q[1], z});
   }
-  w.parts &= ~static_cast<unsigned>(limb);
   for (std::size_t v = 0; v < w.x.size(); ++v)
     if (!sleeve[v] && e * chest.local(w.first(v))[0] > 0) w.keep_level(v, trunk | legs);
-  w.smooth(4, 0.4);
+  w.smooth(2, 0.3);
 }
 
 // The garment rolls over the shoulders: the head is in an armhole, an arm in the neck opening.
@@ -884,95 +885,114 @@ SculptedFit sculpted_bad(int set, int n) {
   const int side = draw.between(0, 1) < 0.5 ? 0 : 1;
   const double sign = sign_of(side), times = draw.between(1.3, 1.8);
   const std::string sleeve = side == 0 ? "sleeve_l" : "sleeve_r";
-  std::string happened;
+  std::string happened, fault;
   int rounds = 25;
   bool slack = false;  // what happened needs no stretch
   bool with_start = true;
   switch (row.fault) {
     case F::empty_sleeve:
       happened = "a sleeve is off its arm";
+      fault = "around nothing, not the arm";
       empty_sleeve(w, side);
       break;
     case F::both_legs:
       happened = "both legs in one trouser leg";
+      fault = "not the leg";
       both_legs_in_one(w, side);
       slack = true;
       break;
     case F::arm_through_neck:
       happened = "an arm through the neck opening";
+      fault = "around the trunk, the arm";
       arm_through_neck(w, side);
       break;
     case F::rolled:
       happened = "head and neck opening do not belong together";
+      fault = ", not the trunk";
       roll(w, side, 44 * degree);
       break;
     case F::below_shoulders:
       happened = "hangs below the shoulders";
+      fault = "has slid";
       below_shoulders(w, (times + 1.2) * trunk_limit * w.h);
       slack = true;
       break;
     case F::slid:
       happened = "slid down";
+      fault = "has slid";
       slack = true;
       slide_down(w, (times + 0.2) * trunk_limit * w.h,
                  row.cut == Cut::shorts ? 0.25 * w.h : 0.08 * w.h);
       break;
     case F::turned:
       happened = "turned about the body";
+      fault = "has turned";
       turn(w, sign * times * turn_limit);
       slack = true;
       break;
     case F::sleeve_up:
       happened = "a sleeve is pushed up";
+      fault = "has slid";
       slide_tube(w, arm(side), sleeve, -times * limb_limit * w.h);
       slack = true;
       break;
     case F::leg_twisted:
       happened = "a trouser leg is twisted";
+      fault = "has turned";
       twist_tube(w, leg(side), "leg", sign * times * turn_limit);
       slack = true;
       break;
     case F::skirt_up:
       happened = "turned up inside out";
+      fault = "is inside out";
       skirt_up(w, 0.85);
       break;
     case F::pulled:
       happened = "stretched where it is pulled";
+      fault = "is stretched";
       pull(w, "front", 0.11 * w.h / 1.72, 1.1);
       rounds = 0;
       break;
     case F::floor:
       happened = "a heap on the floor";
+      fault = "no opening is around";
       on_floor(w, 0.35 * w.h, draw.between(-3, 3), draw);
       with_start = set == 1;
       break;
     case F::crotch:
       happened = "both legs in one leg opening";
+      fault = "not the leg";
       crotch_beside_leg(w, side);
       break;
     case F::stripped:
       happened = "its upper part is stripped to the waist";
+      fault = "is inside out";
       stripped(w);
       break;
     case F::beside:
       happened = "floats beside the body";
+      fault = "no opening is around";
       move_away(w, {sign * 0.5 * w.h, 0.1 * w.h, -0.05 * w.h});
       break;
     case F::reversed:
       happened = "back to front";
+      fault = "has turned";
       back_to_front(w);
       break;
     case F::collar_up:
       happened = "its collar is pulled over the head";
+      fault = "has slid";
       collar_up(w, times * trunk_limit * w.h);
       rounds = 4;
       break;
     case F::inside_out:
-      happened = "a sleeve is inside out";
+      happened = "a sleeve is turned back to the shoulder, inside out";
+      fault = "has slid";
       sleeve_inside_out(w, side);
       break;
     case F::drawn_out:
       happened = "a sleeve is drawn out";
+      fault = "is stretched";
       drawn_out(w, arm(side), sleeve, 0.1 * w.h, 0.2 * w.h, 1 + 0.25 * times);
       rounds = 0;
       break;
@@ -984,7 +1004,42 @@ SculptedFit sculpted_bad(int set, int n) {
   else
     w.relax(rounds);
   if (s.moved) happened += ", and the body moved";
-  return finished(w, happened, with_start, s.moved, draw);
+  SculptedFit fit = finished(w, happened, with_start, s.moved, draw);
+  fit.fault = fault;
+  return fit;
+}
+
+SculptedFit sculpted_motion(Motion motion) {
+  Draw draw(static_cast<std::uint64_t>(motion) + 90001);
+  const bool legs_move = motion == Motion::steps_wide;
+  Setting s = setting(legs_move ? Cut::trousers : Cut::long_shirt, 0, 0, 0, 0.045, draw);
+  s.moved = true;
+  std::string happened;
+  switch (motion) {
+    case Motion::reaches_forward:
+      happened = "the body reaches forward";
+      s.end.arm_raise = {10, 10};
+      s.end.arm_forward = {80, 85};
+      break;
+    case Motion::turns_trunk:
+      happened = "the body turns its trunk";
+      s.end.trunk_turn = 65;
+      break;
+    case Motion::steps_wide:
+      happened = "the body takes a wide step";
+      s.end.leg_forward = {38, -25};
+      s.end.knee = {15, 30};
+      break;
+    case Motion::bends_arms:
+      happened = "the body bends both arms";
+      s.end.elbow = {95, 100};
+      break;
+  }
+  Wearing w(s, draw);
+  w.carry();
+  w.wrinkle(0.003, draw);
+  w.relax_until_slack(24);
+  return finished(w, happened, true, true, draw);
 }
 
 }  // namespace weft::lab::test

@@ -10,8 +10,9 @@ namespace weft::lab::test {
 /// A garment on a sculpted body, at the end of a simulation that never ran: what `weft check
 /// --worn` reads.
 struct SculptedFit {
-  std::string what;  ///< garment and what happened to it, for messages
-  Mesh cloth, body;  ///< at the end
+  std::string what;   ///< garment and what happened to it, for messages
+  std::string fault;  ///< of a bad fit: words of the fault that was planted
+  Mesh cloth, body;   ///< at the end
   std::vector<Vec3<double>> cloth_start, body_start;
   bool with_cloth_start = true, with_body_start = false;
   Vec3<double> up{0, 0, 1};
@@ -30,5 +31,11 @@ SculptedFit sculpted_good(int set, int n);
 /// @return a garment that is not; what slid, turned or was stretched is beyond the limits by a
 /// factor of 1.3 or more
 SculptedFit sculpted_bad(int set, int n);
+
+/// What a body may do while nothing happens to its garment.
+enum class Motion { reaches_forward, turns_trunk, steps_wide, bends_arms };
+
+/// @return a garment with sleeves or legs that goes along
+SculptedFit sculpted_motion(Motion motion);
 
 }  // namespace weft::lab::test

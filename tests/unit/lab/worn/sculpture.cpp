@@ -239,11 +239,7 @@ double Sculpture::distance(Point p, unsigned parts, Point* gradient) const {
   double best = 1e3;
   for (const Blob& blob : blobs_) {
     if (!(blob.part & parts)) continue;
-    if (blob.flat == 1) {
-      const double reach = best + blob.blend + blob.radius;
-      const Point q = p - blob.centre;
-      if (reach > 0 && q[0] * q[0] + q[1] * q[1] + q[2] * q[2] > reach * reach) continue;
-    }
+    if (is_beyond(blob, p, best + blob.blend)) continue;
     Point g{};
     const double d = blob_distance(blob, p, gradient ? &g : nullptr);
     // Inigo Quilez's blend, at most blend / 4 below the lesser distance.
@@ -267,7 +263,7 @@ Part Sculpture::nearest_part(Point p, unsigned parts) const {
   double best = 1e3;
   unsigned nearest = trunk;
   for (const Blob& blob : blobs_) {
-    if (!(blob.part & parts)) continue;
+    if (!(blob.part & parts) || is_beyond(blob, p, best)) continue;
     const double d = blob_distance(blob, p, nullptr);
     if (d < best) {
       best = d;
@@ -275,6 +271,13 @@ Part Sculpture::nearest_part(Point p, unsigned parts) const {
     }
   }
   return static_cast<Part>(nearest);
+}
+
+bool Sculpture::is_beyond(const Blob& blob, const Point& p, double reach) {
+  if (blob.flat != 1) return false;  // its sphere is not around it
+  const Point q = p - blob.centre;
+  const double r = reach + blob.radius;
+  return r > 0 && q[0] * q[0] + q[1] * q[1] + q[2] * q[2] > r * r;
 }
 
 std::array<Point, 3> Sculpture::axis(Part limb) const {
@@ -309,11 +312,15 @@ Point Sculpture::axis_direction(Part limb, Point p) const {
 Sculpture::Weights Sculpture::weights(Point p) const {
   Weights d;
   d.fill(1e3);
-  for (const Blob& blob : blobs_)
-    if (blob.part != extra) {
-      double& at_bone = d[static_cast<std::size_t>(blob.bone)];
-      at_bone = std::min(at_bone, blob_distance(blob, p, nullptr));
-    }
+  // Bones that are farther than this from the nearest one hold nothing.
+  const double far = 0.15 * height_;
+  double best = 1e3;
+  for (const Blob& blob : blobs_) {
+    if (blob.part == extra || is_beyond(blob, p, best + far)) continue;
+    double& at_bone = d[static_cast<std::size_t>(blob.bone)];
+    at_bone = std::min(at_bone, blob_distance(blob, p, nullptr));
+    best = std::min(best, at_bone);
+  }
   const std::size_t nearest =
       static_cast<std::size_t>(std::min_element(d.begin(), d.end()) - d.begin());
   Weights w{};

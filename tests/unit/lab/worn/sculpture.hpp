@@ -187,6 +187,8 @@ class Sculpture {
   };
   void pose_bones(const Proportions& proportions, const Pose& pose);
   void place(Blob blob);
+  /// Whether all of it is farther from `p` than `reach`.
+  static bool is_beyond(const Blob& blob, const Point& p, double reach);
   double blob_distance(const Blob& blob, Point p, Point* gradient) const;
   std::array<Point, 3> axis(Part limb) const;
 

@@ -150,6 +150,7 @@ Tailored tailored(Cut cut, const Sculpture& body, const Tailoring& how, Draw& dr
   Sculpture shell = body;
   add_shell(cut, shell, how);
   const unsigned covered = parts_of(cut), parts = covered | extra;
+  const unsigned own = covered & whole_body;
   // Ease varies along the body.
   const Point wave{draw.between(-6, 6), draw.between(-6, 6), draw.between(-9, 9)};
   const double phase = draw.between(0, 6);
@@ -160,6 +161,13 @@ Tailored tailored(Cut cut, const Sculpture& body, const Tailoring& how, Draw& dr
   Point low, high;
   shell.bounds(parts, low, high);
   const Point margin{0.06, 0.06, 0.06};
+  // What would be cut off far below or above is not made.
+  if (!has_legs(cut) && cut != Cut::briefs) {
+    double lowest = hem_z(cut, body, how.length);
+    if (own & arms) lowest = std::min({lowest, body.wrist(0)[2], body.wrist(1)[2]});
+    low[2] = std::max(low[2], lowest - 0.05);
+  }
+  if (!has_neck(cut)) high[2] = std::min(high[2], waist_z(cut, body) + 0.05);
   Frame lattice{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   lattice = lattice.rotated(unit({draw.between(-1, 1), draw.between(-1, 1), 1.2}),
                             draw.between(0.2, 1.2));
@@ -167,7 +175,6 @@ Tailored tailored(Cut cut, const Sculpture& body, const Tailoring& how, Draw& dr
   even_out(surface, field, 5, 0.15, draw);
 
   const Frame chest = body.bone(Bone::chest);
-  const unsigned own = covered & whole_body;
   const auto arm_or_negative = [&](Point p, double g) {
     return (body.nearest_part(p, own) & arms) ? -1.0 : g;
   };

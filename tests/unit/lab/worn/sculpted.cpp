@@ -1012,14 +1012,14 @@ SculptedFit sculpted_bad(int set, int n) {
 SculptedFit sculpted_motion(Motion motion) {
   Draw draw(static_cast<std::uint64_t>(motion) + 90001);
   const bool legs_move = motion == Motion::steps_wide;
-  Setting s = setting(legs_move ? Cut::trousers : Cut::long_shirt, 0, 0, 0, 0.045, draw);
+  Setting s = setting(legs_move ? Cut::trousers : Cut::long_shirt, 0, 0, 0, 0.03, draw);
   s.moved = true;
   std::string happened;
   switch (motion) {
     case Motion::reaches_forward:
       happened = "the body reaches forward";
       s.end.arm_raise = {10, 10};
-      s.end.arm_forward = {80, 85};
+      s.end.arm_forward = {60, 65};
       break;
     case Motion::turns_trunk:
       happened = "the body turns its trunk";

@@ -348,8 +348,9 @@ class Examination {
     o.twist = s.angle;
     const double most = (part == BodyPart::trunk ? in_.limits.slide : in_.limits.drift) * height();
     // A wide hem stands where its panels start, and then falls or flares: the waist or the neck
-    // says whether the garment has slid.
-    const bool loose = o.length > loose_opening * shortest_[index_of(part)];
+    // says whether the garment has slid. No flare lifts it as far as a panel may go.
+    const bool loose = o.length > loose_opening * shortest_[index_of(part)] &&
+                       s.along > -in_.limits.drift * height();
     if (loose)
       for (const Index t : loop_triangles) loose_panels_.insert(triangle_panel_[at(t)]);
     if (std::abs(s.along) > most && !loose)

@@ -1042,4 +1042,31 @@ SculptedFit sculpted_motion(Motion motion) {
   return finished(w, happened, true, true, draw);
 }
 
+SculptedFit sculpted_hitched(double share) {
+  Draw draw(90010);
+  const Setting s = setting(Cut::long_dress, 4, 0, 0, 0.02, draw);
+  Wearing w(s, draw);
+  double low = 9;
+  for (const Point& p : w.x) low = std::min(low, p[2]);
+  const double waist = w.hip_z() + 0.4 * w.t;
+  const std::vector<char> sleeves = w.of("sleeve");
+  for (std::size_t v = 0; v < w.x.size(); ++v) {
+    const double below = std::clamp((waist - w.first(v)[2]) / (waist - low), 0.0, 1.0);
+    if (sleeves[v] == 0) w.x[v][2] += share * w.h * below;
+  }
+  w.wrinkle(0.006, draw);
+  w.relax_until_slack(8);
+  return finished(w, "its hem is hitched up", true, false, draw);
+}
+
+SculptedFit sculpted_long_trousers() {
+  Draw draw(90020);
+  Setting s = setting(Cut::trousers, 0, 0, 0, 0.05, draw);
+  s.how.length = 1.17;
+  Wearing w(s, draw);
+  for (Point& p : w.x) p[2] -= 0.02 * w.h * smooth_step(0.3 * w.h, 0.05 * w.h, p[2]);
+  w.wrinkle(0.003, draw);
+  return finished(w, "its legs hang below the soles", true, false, draw);
+}
+
 }  // namespace weft::lab::test

@@ -38,4 +38,11 @@ enum class Motion { reaches_forward, turns_trunk, steps_wide, bends_arms };
 /// @return a garment with sleeves or legs that goes along
 SculptedFit sculpted_motion(Motion motion);
 
+/// @param share of the body's height
+/// @return a long dress whose hem has gone up by so much, in folds
+SculptedFit sculpted_hitched(double share);
+
+/// @return trousers of which the legs hang below the soles
+SculptedFit sculpted_long_trousers();
+
 }  // namespace weft::lab::test

@@ -163,6 +163,17 @@ double line_length(const std::vector<Vec3<double>>& line) {
   return sum;
 }
 
+/// Slices of the trunk between the arms are cut askew, to the front and to the back in turn: what
+/// is beside a line with such kinks goes along it in jumps.
+constexpr int trunk_passes = 6;
+
+/// Moves inner points towards the middle of their neighbours.
+void smooth(std::vector<Vec3<double>>& line) {
+  const std::vector<Vec3<double>> before = line;
+  for (std::size_t k = 1; k + 1 < line.size(); ++k)
+    line[k] = before[k] * 0.5 + (before[k - 1] + before[k + 1]) * 0.25;
+}
+
 /// Slices where an arm begins are cut askew, and begin below the shoulder. The line goes straight
 /// on there, up to the joint.
 /// @param reach [m] from the first whole slice to the joint
@@ -377,6 +388,7 @@ BodyFigure::Slices BodyFigure::cut(const std::vector<Vec3<double>>& positions) c
         result.number[p].push_back(k);
       }
   }
+  for (int pass = 0; pass < trunk_passes; ++pass) smooth(result.centre[0]);
   const auto& centre = result.centre;
   Vec3<double> front{0, 1, 0};
   if (has_limbs_ && centre[0].size() > 1 && !centre[3].empty() && !centre[4].empty()) {

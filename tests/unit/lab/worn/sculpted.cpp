@@ -982,7 +982,7 @@ SculptedFit sculpted_bad(int set, int n) {
     case F::collar_up:
       happened = "its collar is pulled over the head";
       fault = "has slid";
-      collar_up(w, times * trunk_limit * w.h);
+      collar_up(w, (times + 0.5) * trunk_limit * w.h);
       rounds = 4;
       break;
     case F::inside_out:

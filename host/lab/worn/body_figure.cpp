@@ -163,6 +163,17 @@ double line_length(const std::vector<Vec3<double>>& line) {
   return sum;
 }
 
+/// Slices of the trunk between the arms are cut askew, to the front and to the back in turn: what
+/// is beside a line with such kinks goes along it in jumps.
+constexpr int trunk_passes = 6;
+
+/// Moves inner points towards the middle of their neighbours.
+void smooth(std::vector<Vec3<double>>& line) {
+  const std::vector<Vec3<double>> before = line;
+  for (std::size_t k = 1; k + 1 < line.size(); ++k)
+    line[k] = before[k] * 0.5 + (before[k - 1] + before[k + 1]) * 0.25;
+}
+
 /// Slices where an arm begins are cut askew, and begin below the shoulder. The line goes straight
 /// on there, up to the joint.
 /// @param reach [m] from the first whole slice to the joint
@@ -171,6 +182,23 @@ void straighten_root(std::vector<Vec3<double>>& line, double reach) {
   const Vec3<double> direction = line[askew] - line[askew + whole];
   line.erase(line.begin(), line.begin() + askew);
   line.insert(line.begin(), line[0] + direction * (reach / length(direction)));
+}
+
+/// Direction of a line at one of its points. Zero: the line has no length there
+Vec3<double> tangent_at(const std::vector<Vec3<double>>& line, std::size_t k) {
+  const Vec3<double> d = line[std::min(k + 1, line.size() - 1)] - line[k > 0 ? k - 1 : 0];
+  return length(d) > 0 ? d * (1 / length(d)) : Vec3<double>{0, 0, 0};
+}
+
+/// @return unit, across `tangent`, and as close to `guess` as can be
+Vec3<double> across(const Vec3<double>& tangent, const Vec3<double>& guess) {
+  const Vec3<double> a = guess - tangent * dot(guess, tangent);
+  if (length(a) > 1e-6) return a * (1 / length(a));
+  // They are parallel: any direction across will do, as it turns with the surface.
+  const Vec3<double> other =
+      std::abs(tangent[0]) < 0.6 ? Vec3<double>{1, 0, 0} : Vec3<double>{0, 1, 0};
+  const Vec3<double> b = cross(tangent, other);
+  return length(b) > 0 ? b * (1 / length(b)) : other;
 }
 
 bool says(const std::string& text, std::initializer_list<const char*> words) {
@@ -318,7 +346,13 @@ void BodyFigure::measure(const Vec3<double>& up) {
   const auto d = distances(neighbours_, positions_, {crown_}, in(BodyPart::trunk));
   for (std::size_t v = 0; v < d.size(); ++v)
     if (part_[v] == BodyPart::trunk) along_[v] = d[v];
-  BodyLines pose = lines(positions_);
+  reach_.fill(0);
+  for (std::size_t v = 0; v < part_.size(); ++v)
+    if (std::isfinite(along_[v])) {
+      double& reach = reach_[static_cast<std::size_t>(part_[v])];
+      reach = std::max(reach, along_[v]);
+    }
+  const BodyLines pose = lines(positions_);
   if (has_limbs_ && std::any_of(pose.line.begin(), pose.line.end(),
                                 [](const auto& line) { return line.size() < 3; })) {
     // Limbs that are no tubes, as in a damaged segmentation.
@@ -326,22 +360,18 @@ void BodyFigure::measure(const Vec3<double>& up) {
     crown_ = -1;
     return measure(up);
   }
+  remember_places();
   height_ = line_length(pose.line[0]) + (line_length(pose.line[3]) + line_length(pose.line[4])) / 2;
 }
 
-BodyLines BodyFigure::lines(const std::vector<Vec3<double>>& positions) const {
-  BodyLines result;
-  std::array<double, body_part_count> most{};
-  for (std::size_t v = 0; v < part_.size(); ++v)
-    if (std::isfinite(along_[v]))
-      most[static_cast<std::size_t>(part_[v])] =
-          std::max(most[static_cast<std::size_t>(part_[v])], along_[v]);
+BodyFigure::Slices BodyFigure::cut(const std::vector<Vec3<double>>& positions) const {
+  Slices result;
   for (std::size_t p = 0; p < body_part_count; ++p) {
-    if (!(most[p] > 0)) continue;
+    if (!(reach_[p] > 0)) continue;
     std::vector<Vec3<double>> sum(slices, Vec3<double>{0, 0, 0});
     std::vector<double> count(slices, 0);
     const auto add = [&](double s, const Vec3<double>& x) {
-      const auto k = std::min(slices - 1, static_cast<std::size_t>(s / most[p] * slices));
+      const auto k = std::min(slices - 1, static_cast<std::size_t>(s / reach_[p] * slices));
       sum[k] += x;
       count[k] += 1;
     };
@@ -353,25 +383,107 @@ BodyLines BodyFigure::lines(const std::vector<Vec3<double>>& positions) const {
           add((along_[v] + along_[at(w)]) / 2, (positions[v] + positions[at(w)]) * 0.5);
     }
     for (std::size_t k = 0; k < slices; ++k)
-      if (count[k] > 0) result.line[p].push_back(sum[k] * (1 / count[k]));
+      if (count[k] > 0) {
+        result.centre[p].push_back(sum[k] * (1 / count[k]));
+        result.number[p].push_back(k);
+      }
   }
+  for (int pass = 0; pass < trunk_passes; ++pass) smooth(result.centre[0]);
+  const auto& centre = result.centre;
+  Vec3<double> front{0, 1, 0};
+  if (has_limbs_ && centre[0].size() > 1 && !centre[3].empty() && !centre[4].empty()) {
+    const Vec3<double> hips = centre[4][0] - centre[3][0];
+    const Vec3<double> normal = cross(centre[0].front() - centre[0].back(), hips);
+    if (length(normal) > 0) front = normal * (1 / length(normal));
+  }
+  for (std::size_t p = 0; p < body_part_count; ++p)
+    for (std::size_t k = 0; k < centre[p].size(); ++k)
+      result.across[p].push_back(
+          across(tangent_at(centre[p], k), k == 0 ? front : result.across[p].back()));
+  return result;
+}
+
+std::vector<int> BodyFigure::slice_of(const Slices& pose) const {
+  std::vector<int> result(part_.size(), -1);
+  for (std::size_t v = 0; v < part_.size(); ++v) {
+    const auto p = static_cast<std::size_t>(part_[v]);
+    if (!std::isfinite(along_[v]) || !(reach_[p] > 0)) continue;
+    const auto k = std::min(slices - 1, static_cast<std::size_t>(along_[v] / reach_[p] * slices));
+    const auto& number = pose.number[p];
+    const auto found = std::lower_bound(number.begin(), number.end(), k);
+    if (found != number.end() && *found == k) result[v] = static_cast<int>(found - number.begin());
+  }
+  return result;
+}
+
+Vec2<double> BodyFigure::place_in(const Slices& pose, std::size_t part, std::size_t k,
+                                  const Vec3<double>& x) const {
+  const Vec3<double> from = x - pose.centre[part][k], ahead = pose.across[part][k];
+  return {dot(from, ahead), dot(from, cross(tangent_at(pose.centre[part], k), ahead))};
+}
+
+void BodyFigure::remember_places() {
+  const Slices pose = cut(positions_);
+  const std::vector<int> slice = slice_of(pose);
+  place_.assign(part_.size(), {0, 0});
+  for (std::size_t v = 0; v < part_.size(); ++v)
+    if (slice[v] >= 0)
+      place_[v] = place_in(pose, static_cast<std::size_t>(part_[v]),
+                           static_cast<std::size_t>(slice[v]), positions_[v]);
+}
+
+/// Turns the directions across so that the surface around each slice is where it was in the first
+/// pose, on average.
+void BodyFigure::turn_with_surface(const std::vector<Vec3<double>>& positions, Slices& pose) const {
+  const std::vector<int> slice = slice_of(pose);
+  std::array<std::vector<Vec2<double>>, body_part_count> turn;
+  for (std::size_t p = 0; p < body_part_count; ++p) turn[p].assign(pose.centre[p].size(), {0, 0});
+  for (std::size_t v = 0; v < part_.size(); ++v) {
+    if (slice[v] < 0) continue;
+    const auto p = static_cast<std::size_t>(part_[v]);
+    const auto k = static_cast<std::size_t>(slice[v]);
+    const Vec2<double> before = place_[v], now = place_in(pose, p, k, positions[v]);
+    turn[p][k] += {dot(before, now), before[0] * now[1] - before[1] * now[0]};
+  }
+  for (std::size_t p = 0; p < body_part_count; ++p)
+    for (std::size_t k = 0; k < turn[p].size(); ++k) {
+      const double size = length(turn[p][k]);
+      if (!(size > 0)) continue;
+      const Vec3<double> ahead = pose.across[p][k];
+      const Vec3<double> side = cross(tangent_at(pose.centre[p], k), ahead);
+      pose.across[p][k] = ahead * (turn[p][k][0] / size) + side * (turn[p][k][1] / size);
+    }
+}
+
+BodyLines BodyFigure::lines(const std::vector<Vec3<double>>& positions) const {
+  Slices pose = cut(positions);
+  if (!place_.empty()) turn_with_surface(positions, pose);
+  BodyLines result{pose.centre, pose.across};
   if (!has_limbs_) return result;
-  // Limbs begin on the trunk, so that the lines are one tree.
-  const std::vector<Vec3<double>>& trunk = result.line[0];
-  for (std::size_t p = 1; p < body_part_count; ++p) {
-    if (trunk.empty() || result.line[p].empty()) continue;
-    if (p < 3 && result.line[p].size() > 8)
-      straighten_root(result.line[p], joint_reach * line_length(result.line[p]));
-    const Vec3<double> first = result.line[p].front();
-    const auto nearest = std::min_element(
-        trunk.begin(), trunk.end(),
-        [&](const auto& a, const auto& b) { return length(a - first) < length(b - first); });
-    result.line[p].insert(result.line[p].begin(), p >= 3 ? trunk.back() : *nearest);
+  for (const std::size_t p : {std::size_t{1}, std::size_t{2}}) {
+    std::vector<Vec3<double>>& ahead = result.ahead[p];
+    if (result.line[p].size() <= 8) continue;
+    straighten_root(result.line[p], joint_reach * line_length(result.line[p]));
+    ahead.erase(ahead.begin());
+    ahead[0] = ahead[1];  // the slice of the other one was askew
   }
-  if (trunk.size() > 1 && result.line[3].size() > 1 && result.line[4].size() > 1) {
-    const Vec3<double> across = result.line[4][1] - result.line[3][1];
-    const Vec3<double> front = cross(trunk.front() - trunk.back(), across);
-    if (length(front) > 0) result.front = front * (1 / length(front));
+  // Limbs begin on the trunk, so that the lines are one tree. Both arms begin at one point: what
+  // passes between two would be around neither.
+  const std::vector<Vec3<double>>& trunk = result.line[0];
+  if (trunk.empty()) return result;
+  const auto root = [&](std::size_t p) {
+    return result.line[p].empty() ? trunk.front() : result.line[p].front();
+  };
+  const Vec3<double> between_arms = (root(1) + root(2)) * 0.5;
+  const Vec3<double> arms_at =
+      *std::min_element(trunk.begin(), trunk.end(), [&](const auto& a, const auto& b) {
+        return length(a - between_arms) < length(b - between_arms);
+      });
+  for (std::size_t p = 1; p < body_part_count; ++p) {
+    std::vector<Vec3<double>>& line = result.line[p];
+    if (line.empty()) continue;
+    line.insert(line.begin(), p >= 3 ? trunk.back() : arms_at);
+    result.ahead[p].insert(result.ahead[p].begin(), result.ahead[p].front());
   }
   return result;
 }

@@ -22,7 +22,9 @@ struct BodyLines {
   /// [parts][points] from the crown down, and from the trunk to the tips of the limbs; empty: the
   /// body has no such part
   std::array<std::vector<Vec3<double>>, body_part_count> line;
-  Vec3<double> front{0, 1, 0};  ///< unit, the direction that angles about lines count from
+  /// [parts][points] unit, across the line: the direction that angles about it count from. It is
+  /// to the front, and turns as the surface around the line does from pose to pose.
+  std::array<std::vector<Vec3<double>>, body_part_count> ahead;
 };
 
 /// Which vertex of a body belongs to which part.
@@ -49,6 +51,22 @@ class BodyFigure {
   bool has_all_parts() const;
   void take(const BodySegmentation& segmentation);
   void measure(const Vec3<double>& up);
+
+  /// Parts cut into slices by `along_`, in one pose.
+  struct Slices {
+    std::array<std::vector<Vec3<double>>, body_part_count> centre;  ///< [parts][slices]
+    /// [parts][slices] unit, across the line through the centres: to the front of the body, and
+    /// from slice to slice with as little turn as possible
+    std::array<std::vector<Vec3<double>>, body_part_count> across;
+    std::array<std::vector<std::size_t>, body_part_count> number;  ///< [parts][slices] not empty
+  };
+  Slices cut(const std::vector<Vec3<double>>& positions) const;
+  void remember_places();
+  void turn_with_surface(const std::vector<Vec3<double>>& positions, Slices& pose) const;
+  Vec2<double> place_in(const Slices& pose, std::size_t part, std::size_t k,
+                        const Vec3<double>& x) const;
+  /// [vertices] where the slice of each is in Slices::centre of its part; -1: nowhere
+  std::vector<int> slice_of(const Slices& pose) const;
   void name_sides();
 
   std::vector<Vec3<double>> positions_;
@@ -57,6 +75,10 @@ class BodyFigure {
   /// [vertices] [m] on the surface: from the crown in the trunk, from the trunk in limbs; infinite
   /// if it counts for nothing
   std::vector<double> along_;
+  std::array<double, body_part_count> reach_{};  ///< [parts] [m] largest `along_`
+  /// [vertices] [m] from the centre of a vertex's slice: ahead, and to the side. Empty: not yet
+  /// known
+  std::vector<Vec2<double>> place_;
   Index crown_ = -1;
   bool has_limbs_ = false;
   double height_ = 0;

@@ -145,11 +145,12 @@ Linking link(const std::vector<Vec3<double>>& curve, const BodyLines& lines) {
   return result;
 }
 
-LinePlace place_at(const Vec3<double>& x, const std::vector<Vec3<double>>& line,
-                   const Vec3<double>& front) {
+LinePlace place_at(const Vec3<double>& x, const BodyLines& lines, BodyPart part) {
+  const std::vector<Vec3<double>>& line = lines.line[static_cast<std::size_t>(part)];
+  const std::vector<Vec3<double>>& directions = lines.ahead[static_cast<std::size_t>(part)];
   LinePlace best;
   best.distance = std::numeric_limits<double>::infinity();
-  Vec3<double> tangent{0, 0, 1};
+  Vec3<double> tangent{0, 0, 1}, from{1, 0, 0};
   double along = 0;
   for (std::size_t s = 1; s < line.size(); ++s) {
     const Vec3<double> d = line[s] - line[s - 1];
@@ -165,10 +166,12 @@ LinePlace place_at(const Vec3<double>& x, const std::vector<Vec3<double>>& line,
       best.along = along + t;
       best.away = away;
       tangent = d * (1 / size);
+      const double share = std::clamp(t / size, 0.0, 1.0);
+      from = directions[s - 1] * (1 - share) + directions[s] * share;
     }
     along += size;
   }
-  const Vec3<double> ahead = front - tangent * dot(front, tangent);
+  const Vec3<double> ahead = from - tangent * dot(from, tangent);
   const Vec3<double> side = cross(tangent, ahead);
   best.angle = std::atan2(dot(best.away, side), dot(best.away, ahead));
   return best;

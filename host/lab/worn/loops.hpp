@@ -38,10 +38,9 @@ Linking link(const std::vector<Vec3<double>>& curve, const BodyLines& lines);
 struct LinePlace {
   double along = 0;            ///< [m] from its first point
   double distance = 0;         ///< [m]
-  double angle = 0;            ///< [rad] about it, from BodyLines::front
+  double angle = 0;            ///< [rad] about it, from BodyLines::ahead
   Vec3<double> away{0, 0, 0};  ///< from the nearest point of the line
 };
-LinePlace place_at(const Vec3<double>& x, const std::vector<Vec3<double>>& line,
-                   const Vec3<double>& front);
+LinePlace place_at(const Vec3<double>& x, const BodyLines& lines, BodyPart part);
 
 }  // namespace weft::lab

@@ -16,6 +16,7 @@ namespace weft::lab {
 namespace {
 
 constexpr int sectors = 12;             // about a line, for what is covered
+constexpr double cell_rows = 0.03;      // of the height, down the trunk, for that too
 constexpr double small_opening = 0.12;  // of the height: shorter ones may be pockets or buttonholes
 constexpr double small_panel = 0.02;    // of the garment's area
 constexpr double loose_opening = 1.5;   // over the length of the shortest one about the same part
@@ -109,12 +110,11 @@ class Examination {
   }
 
   Shift shift(const std::vector<Index>& vertices, BodyPart part) const {
-    const std::size_t p = index_of(part);
     Shift result;
     double cosine = 0, sine = 0;
     for (const Index v : vertices) {
-      const LinePlace a = place_at((*start_)[at(v)], then_.line[p], then_.front);
-      const LinePlace b = place_at(in_.cloth.positions[at(v)], now_.line[p], now_.front);
+      const LinePlace a = place_at((*start_)[at(v)], then_, part);
+      const LinePlace b = place_at(in_.cloth.positions[at(v)], now_, part);
       result.along += (b.along - a.along) / static_cast<double>(vertices.size());
       cosine += std::min(a.distance, b.distance) * std::cos(b.angle - a.angle);
       sine += std::min(a.distance, b.distance) * std::sin(b.angle - a.angle);
@@ -127,8 +127,7 @@ class Examination {
   double surrounds(const std::vector<Index>& vertices, BodyPart part) const {
     std::array<bool, sectors> hit{};
     for (const Index v : vertices) {
-      const LinePlace place =
-          place_at(in_.cloth.positions[at(v)], now_.line[index_of(part)], now_.front);
+      const LinePlace place = place_at(in_.cloth.positions[at(v)], now_, part);
       hit[sector(place.angle)] = true;
     }
     return static_cast<double>(std::count(hit.begin(), hit.end(), true)) / sectors;
@@ -144,7 +143,7 @@ class Examination {
     double distance = -1;
     for (const BodyPart part : among) {
       if (lines.line[index_of(part)].size() < 2) continue;
-      const double d = place_at(x, lines.line[index_of(part)], lines.front).distance;
+      const double d = place_at(x, lines, part).distance;
       if (distance < 0 || d < distance) {
         distance = d;
         best = part;
@@ -157,7 +156,7 @@ class Examination {
     GarmentVerdict verdict;
     std::set<BodyPart> parts{BodyPart::trunk};
     bool around_any = false;
-    shortest_ = shortest_openings(component);
+    survey(component);
     loose_panels_.clear();
     for (std::size_t l = 0; l < welded_.loops.size(); ++l)
       if (welded_.loop_component[l] == component) around_any |= opening(l, parts, verdict);
@@ -208,18 +207,23 @@ class Examination {
     return part;
   }
 
-  /// [parts] [m] of the shortest opening of a garment around each
-  std::array<double, body_part_count> shortest_openings(Index component) const {
-    std::array<double, body_part_count> shortest;
-    shortest.fill(std::numeric_limits<double>::infinity());
+  /// Fills in shortest_ and has_neck_.
+  void survey(Index component) {
+    shortest_.fill(std::numeric_limits<double>::infinity());
+    has_neck_ = false;
     for (std::size_t l = 0; l < welded_.loops.size(); ++l) {
       if (welded_.loop_component[l] != component) continue;
       const Linking linking = link(at_places(welded_.loops[l], in_.cloth.positions), now_);
       if (linking.around_nothing()) continue;
-      double& least = shortest[index_of(part_of(linking))];
+      double& least = shortest_[index_of(part_of(linking))];
       least = std::min(least, loop_length(l));
+      if (figure_.has_limbs() && linking.around(BodyPart::trunk) && !any_arm(linking))
+        has_neck_ = has_neck_ || linking.trunk_at < arm_root(now_);
     }
-    return shortest;
+  }
+
+  static bool any_arm(const Linking& l) {
+    return l.around(BodyPart::first_arm) || l.around(BodyPart::second_arm);
   }
 
   /// @return whether it is around anything
@@ -253,13 +257,12 @@ class Examination {
              !k.around(BodyPart::first_leg) && !k.around(BodyPart::second_leg);
     };
     const bool same = begin == end || near_arms(begin, end) || open_front(begin, end);
-    const bool any_arm = end.around(BodyPart::first_arm) || end.around(BodyPart::second_arm);
     if (!begin.around_nothing() && !same) {
       verdict.faults.push_back(fmt::format("{}: around {}, not {} as at the start", where, o.around,
                                            *o.around_at_start));
     } else if (arms && figure_.has_limbs() && long_enough && !only_arm(end)) {
       verdict.faults.push_back(fmt::format("{}: around {}, not one arm", where, o.around));
-    } else if (legs && any_arm) {
+    } else if (legs && any_arm(end)) {
       verdict.faults.push_back(
           fmt::format("{}: around {}, not the trunk or a leg", where, o.around));
     } else if (end.around_nothing() && long_enough && surrounds(loop, BodyPart::trunk) <= 0.5 &&
@@ -267,9 +270,9 @@ class Examination {
       verdict.faults.push_back(where + ": around nothing");
     } else if (!end.around_nothing() && !both_arms(end) && start_ != nullptr && same) {
       moved(loop, welded_.loop_triangles[l], end, where, o, verdict);
-    } else if (end.around(BodyPart::trunk) && any_arm) {
+    } else if (end.around(BodyPart::trunk) && any_arm(end)) {
       // Without a start: an arm is inside of what is around the trunk.
-      if (start_ == nullptr && !at_arms(end, now_))
+      if (start_ == nullptr && !at_arms(end, now_) && !below_cape(end))
         verdict.faults.push_back(fmt::format("{}: around {} at once", where, o.around));
     }
     verdict.openings.push_back(std::move(o));
@@ -277,23 +280,23 @@ class Examination {
   }
 
   /// Whether an opening that is around nothing is that of a hood: above the arms, and where it was
-  /// at the start.
+  /// at the start if that is known.
   bool before_face(const std::vector<Index>& loop) const {
-    if (start_ == nullptr || !figure_.has_limbs()) return false;
-    const Points& trunk = now_.line[0];
+    if (!figure_.has_limbs()) return false;
     double mean = 0;
     for (const Index v : loop)
-      mean += place_at(in_.cloth.positions[at(v)], trunk, now_.front).along /
+      mean += place_at(in_.cloth.positions[at(v)], now_, BodyPart::trunk).along /
               static_cast<double>(loop.size());
     return mean < arm_root(now_) &&
-           std::abs(shift(loop, BodyPart::trunk).along) < in_.limits.slide * height();
+           (start_ == nullptr ||
+            std::abs(shift(loop, BodyPart::trunk).along) < in_.limits.slide * height());
   }
 
   /// [m] along the trunk, where the arms begin
   static double arm_root(const BodyLines& lines) {
     double root = 0;
     for (const std::size_t p : {std::size_t{1}, std::size_t{2}})
-      root += place_at(lines.line[p][0], lines.line[0], lines.front).along / 2;
+      root += place_at(lines.line[p][0], lines, BodyPart::trunk).along / 2;
     return root;
   }
 
@@ -314,6 +317,12 @@ class Examination {
            !l.around(BodyPart::second_leg);
   }
 
+  /// Whether an opening is the hem of a poncho: it is around both arms and the trunk, and another
+  /// one of the garment is around the trunk above the arms.
+  bool below_cape(const Linking& l) const {
+    return has_neck_ && l.around(BodyPart::first_arm) && l.around(BodyPart::second_arm);
+  }
+
   /// Whether two linkings differ in both arms at once, and in nothing else. The opening of an open
   /// coat runs up one front, around the neck and down the other: hand and hand are joined by a line
   /// through the trunk, which it passes on either side.
@@ -325,7 +334,7 @@ class Examination {
   /// Whether an opening around the trunk is at the height where arms begin.
   bool at_arms(const Linking& linking, const BodyLines& lines) const {
     if (!figure_.has_limbs()) return false;
-    const double root = place_at(lines.line[1][0], lines.line[0], lines.front).along;
+    const double root = place_at(lines.line[1][0], lines, BodyPart::trunk).along;
     return std::abs(linking.trunk_at - root) < 0.04 * height();
   }
 
@@ -339,8 +348,9 @@ class Examination {
     o.twist = s.angle;
     const double most = (part == BodyPart::trunk ? in_.limits.slide : in_.limits.drift) * height();
     // A wide hem stands where its panels start, and then falls or flares: the waist or the neck
-    // says whether the garment has slid.
-    const bool loose = o.length > loose_opening * shortest_[index_of(part)];
+    // says whether the garment has slid. No flare lifts it as far as a panel may go.
+    const bool loose = o.length > loose_opening * shortest_[index_of(part)] &&
+                       s.along > -in_.limits.drift * height();
     if (loose)
       for (const Index t : loop_triangles) loose_panels_.insert(triangle_panel_[at(t)]);
     if (std::abs(s.along) > most && !loose)
@@ -351,29 +361,38 @@ class Examination {
                                            std::abs(s.angle), figure_.name(part)));
   }
 
-  /// Cells about the upper trunk, where the arms begin, in which there is cloth.
+  /// Cells about the upper trunk, where the arms begin, in which there is cloth: rows down the
+  /// trunk, sectors about it.
+  /// @param below rows below those of the shoulders
   std::set<std::pair<int, std::size_t>> shoulder_cells(const std::vector<Index>& vertices,
-                                                       const Points& x,
-                                                       const BodyLines& lines) const {
-    const Points& trunk = lines.line[0];
+                                                       const Points& x, const BodyLines& lines,
+                                                       int below) const {
     const double root = arm_root(lines);
     std::set<std::pair<int, std::size_t>> cells;
-    const double size = 0.03 * height();
     for (const Index v : vertices) {
-      const LinePlace place = place_at(x[at(v)], trunk, lines.front);
-      const double row = (place.along - root) / size;
-      if (place.distance < 0.2 * height() && row > -2 && row < 1)
+      const LinePlace place = place_at(x[at(v)], lines, BodyPart::trunk);
+      const double row = (place.along - root) / (cell_rows * height());
+      if (place.distance < 0.2 * height() && row > -2 && row < 1 + below)
         cells.insert({static_cast<int>(std::floor(row)), sector(place.angle)});
     }
     return cells;
   }
 
+  /// A cell is still covered by cloth that is as far below as an opening may slide.
   void shoulders(const std::vector<Index>& vertices, GarmentVerdict& verdict) {
     if (!figure_.has_limbs()) return;
-    const auto then = shoulder_cells(vertices, *start_, then_);
-    const auto now = shoulder_cells(vertices, in_.cloth.positions, now_);
+    const int slack = static_cast<int>(std::lround(in_.limits.slide / cell_rows));
+    const auto then = shoulder_cells(vertices, *start_, then_, 0);
+    const auto now = shoulder_cells(vertices, in_.cloth.positions, now_, slack);
     if (then.size() < sectors) return;
-    verdict.shoulders = static_cast<double>(now.size()) / static_cast<double>(then.size());
+    double kept = 0;
+    for (const auto& [row, sector] : then)
+      for (int below = 0; below <= slack; ++below)
+        if (now.contains({row + below, sector})) {
+          kept += 1;
+          break;
+        }
+    verdict.shoulders = kept / static_cast<double>(then.size());
     if (*verdict.shoulders < in_.limits.covered)
       verdict.faults.push_back(
           fmt::format("covers {:.0f} % of what it covered of the shoulders at the start",
@@ -388,8 +407,7 @@ class Examination {
       const auto& v = in_.cloth.triangles[at(t)].v;
       const Vec3<double> a = x[at(v[0])], b = x[at(v[1])], c = x[at(v[2])];
       const Vec3<double> normal = cross(b - a, c - a);
-      const LinePlace place =
-          place_at((a + b + c) * (1.0 / 3), lines.line[index_of(part)], lines.front);
+      const LinePlace place = place_at((a + b + c) * (1.0 / 3), lines, part);
       area += length(normal);
       sum += dot(normal, place.away) > 0 ? length(normal) : -length(normal);
     }
@@ -503,7 +521,8 @@ class Examination {
   std::vector<std::string> panel_names_;
   std::vector<Index> triangle_panel_;
   // of the garment that is looked at:
-  std::array<double, body_part_count> shortest_{};
+  std::array<double, body_part_count> shortest_{};  ///< [parts] [m] shortest opening around each
+  bool has_neck_ = false;         ///< an opening around the trunk alone is above the arms
   std::set<Index> loose_panels_;  ///< at a wide hem, with which they move
 };
 

@@ -216,6 +216,49 @@ TEST_F(Garments, HoldsAWaistAtTheBodysWaist) {
   EXPECT_EQ(weft({"check", "out", "--worn"}), 0) << out_ << err_;
 }
 
+/// A waist near the body's is held where it is, unless a bodice goes on above it; one far from it
+/// is held at the body's. Panels alone decide: nothing is simulated.
+TEST_F(Garments, LetsGoAWaistThatABodiceHolds) {
+  const std::string script = (fs::path(WEFT_SOURCE_DIR) / "tests/garments/mannequin.py").string();
+  ASSERT_EQ(wait(start_words({WEFT_PYTHON, "-B", script, "body.obj", "--cell", "0.05"})), 0)
+      << err_;
+  const auto held = [&](double height, double bodice) {
+    Json panels;
+    for (const double z : {-25.0, 25.0}) {
+      const auto add = [&](const std::string& name, double low, double high, const char* label) {
+        const Json path = {{-25, low}, {25, low}, {25, high}, {-25, high}};
+        Json edges;
+        for (int k = 0; k < 4; ++k) edges.push_back({{"endpoints", {k, (k + 1) % 4}}});
+        if (label != nullptr) edges.at(2)["label"] = label;
+        panels[name + (z < 0 ? "_b" : "_f")] = {
+            {"vertices", path}, {"edges", edges}, {"translation", {0, 0, z}}};
+      };
+      add("skirt", height - 40, height, "lower_interface");
+      if (bodice > 0) add("bodice", height, height + bodice, nullptr);
+    }
+    const Json pattern = {{"pattern", {{"panels", panels}, {"stitches", Json::array()}}},
+                          {"properties", {{"units_in_meter", 100}}}};
+    EXPECT_EQ(weft({"convert", write("dress.json", pattern.dump()), "scene.json", "--body",
+                    "body.obj", "--edge", "0.05"}),
+              0)
+        << err_;
+    const Json garment = Json::parse(text_of(at("scene.json"))).at("garments").at(0);
+    return garment.value("attach", Json());
+  };
+  const Json high = held(130, 0);
+  ASSERT_EQ(high.size(), 1u) << high;
+  const double waist = 100 * high.at(0).at("at").get<double>();  // [cm] of the body
+  EXPECT_GT(waist, 85);
+  EXPECT_LT(waist, 115);
+  const Json in_place = Json::parse(R"([{"label": "lower_interface"}])");
+  EXPECT_EQ(held(waist, 0), in_place);
+  EXPECT_EQ(held(waist, 10), in_place);  // a waistband: less than 0.1 heights
+  EXPECT_EQ(held(waist, 30), Json());
+  const Json low = held(waist - 15, 45);
+  ASSERT_EQ(low.size(), 1u) << low;
+  EXPECT_NEAR(low.at(0).at("at").get<double>(), waist / 100, 1e-9);
+}
+
 TEST_F(Garments, SlowDressesAGivenBody) {
   for (const char* name : {"shirt_mean", "dress_pencil"}) {
     const fs::path pattern = data_file(std::string(name) + "_specification.json");

@@ -1,0 +1,106 @@
+// Attached edges of garments become level, at the place where they are held.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "host/io/scene/scene_file.hpp"
+#include "host/model/model.hpp"
+#include "host/model/springs.hpp"
+#include "tests/unit/io/directories.hpp"
+#include "weft/core/at.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft::io {
+namespace {
+
+using nlohmann::json;
+
+constexpr double time_to_place = 1;  ///< [s] after which a held edge has to be level
+
+class GarmentAttachments : public DirectoryTest {
+ protected:
+  /// A panel of 40 by 30 cm whose upper edge, "waist", rises by 10 cm from left to right.
+  Scene read(const json& attachment) const {
+    const json panel = {{"vertices", {{0, 0}, {40, 0}, {40, 40}, {0, 30}}},
+                        {"edges",
+                         {{{"endpoints", {0, 1}}},
+                          {{"endpoints", {1, 2}}},
+                          {{"endpoints", {2, 3}}, {"label", "waist"}},
+                          {{"endpoints", {3, 0}}}}},
+                        {"translation", {0, 100, 0}}};
+    const json pattern = {
+        {"pattern", {{"panels", {{"panel", panel}}}, {"stitches", json::array()}}},
+        {"properties", {{"units_in_meter", 100}}}};
+    put("pattern.json", pattern.dump());
+    const json garment = {
+        {"name", "sheet"}, {"pattern", "pattern.json"}, {"edge", 0.05}, {"attach", {attachment}}};
+    const json scene = {{"time", {{"step", 0.005}, {"frame_rate", 25}, {"frames", 50}}},
+                        {"garments", {garment}}};
+    return read_scene(put("scene.json", scene.dump()));
+  }
+};
+
+/// [m] Heights of the vertices that a scene's only handle holds.
+template <class Positions>
+std::vector<double> held_heights(const Scene& scene, const Positions& positions) {
+  std::vector<double> heights;
+  for (const Index v : scene.handles.at(0).vertices) heights.push_back(positions[at(v)][2]);
+  return heights;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+double spread(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return *high - *low;
+}
+
+TEST_F(GarmentAttachments, SpringsStartWhereVerticesAreAndEndAtOneHeight) {
+  const Scene scene = read({{"label", "waist"}});
+  ASSERT_EQ(scene.handles.size(), 1u);
+  const auto heights = held_heights(scene, scene.cloths[0].mesh.positions);
+  ASSERT_GT(spread(heights), 0.09);
+  const Model model = make_model(scene);
+  const auto targets = [&](double time) {
+    std::vector<double> anchors;
+    for (const Spring<double>& spring : springs_at(scene, model, time)) {
+      EXPECT_EQ(spring.along, (Vec3<double>{0, 0, 1}));
+      anchors.push_back(spring.anchor[2]);
+    }
+    return anchors;
+  };
+  const auto begin = targets(0), end = targets(time_to_place);
+  ASSERT_EQ(begin.size(), heights.size());
+  ASSERT_EQ(end.size(), heights.size());
+  for (std::size_t k = 0; k < heights.size(); ++k) {
+    EXPECT_NEAR(begin[k], heights[k], 1e-12) << k;
+    EXPECT_NEAR(end[k], mean(heights), 1e-6) << k;
+  }
+}
+
+TEST_F(GarmentAttachments, EdgeBecomesLevel) {
+  for (const bool placed : {false, true}) {
+    json attachment{{"label", "waist"}};
+    if (placed) attachment["at"] = 1.2;
+    const Scene scene = read(attachment);
+    const double place = placed ? 1.2 : mean(held_heights(scene, scene.cloths[0].mesh.positions));
+    Simulation simulation(scene, host_devices(1));
+    const int steps = static_cast<int>(std::lround(1.2 * time_to_place / 0.005));
+    for (int step = 0; step < steps; ++step)
+      ASSERT_EQ(simulation.step().failure, Failure::none) << step;
+    const auto heights = held_heights(scene, simulation.positions({0, scene.identity.number()}));
+    // Its weight stretches the springs by micrometres.
+    EXPECT_LT(spread(heights), 0.005) << placed;
+    EXPECT_NEAR(mean(heights), place, 0.002) << placed;
+  }
+}
+
+}  // namespace
+}  // namespace weft::io

@@ -3,7 +3,11 @@
 #include <assimp/scene.h>
 #include <fcntl.h>
 
+#include <array>
 #include <assimp/Importer.hpp>
+#include <cstdint>
+#include <fstream>
+#include <string_view>
 
 #include "host/base/file_descriptor.hpp"
 #include "host/input/safe_text.hpp"
@@ -31,6 +35,28 @@ const aiScene& read_with(Assimp::Importer& importer, const std::filesystem::path
   return *scene;
 }
 
+std::uint32_t little_endian(const unsigned char* bytes) {
+  return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8 |
+         static_cast<std::uint32_t>(bytes[2]) << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
+}
+
+/// Refuses binary glTF whose first chunk would go on after its end: assimp fills as much memory as
+/// the chunk says, which takes seconds for gigabytes.
+/// @throws SceneError
+void refuse_cut_glb(const std::filesystem::path& path, const std::string& what) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<unsigned char, 20> header{};  // of the file 12, of the chunk 8
+  if (!in.read(reinterpret_cast<char*>(header.data()), header.size())) return;
+  if (std::string_view(reinterpret_cast<char*>(header.data()), 4) != "glTF") return;
+  const std::uint64_t chunk = little_endian(&header[12]);
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (error || header.size() + chunk <= bytes) return;
+  throw SceneError(path.string() + ": cannot read as " + what + ": its first chunk has " +
+                   std::to_string(chunk) + " bytes, of which the file has " +
+                   std::to_string(bytes - header.size()));
+}
+
 }  // namespace
 
 const aiScene& import_with_assimp(Assimp::Importer& importer, const std::filesystem::path& path,
@@ -41,6 +67,7 @@ const aiScene& import_with_assimp(Assimp::Importer& importer, const std::filesys
   (void)open_regular_file(path, O_RDONLY, "read");
   if (path.extension().empty() || !importer.IsExtensionSupported(path.extension().string()))
     throw SceneError(file, "format", "\"" + path.extension().string() + "\"", formats);
+  refuse_cut_glb(path, what);
   // It crashes on some damaged files, and on others it does not end.
   try_in_child(path, what, [&] {
     Assimp::Importer trial;

@@ -189,6 +189,16 @@ TEST_F(SkinnedFileTest, WhatCannotBeTakenOverIsRefused) {
 
 const fs::path models = "/usr/share/assimp/models";
 
+/// Its reader would fill two gigabytes first.
+TEST_F(SkinnedFileTest, ChunkBeyondTheEndOfTheFileIsRefused) {
+  const std::string header("glTF\x02\0\0\0\x8c\x06\0\0\0\0\0\x80JSON{\"asset\": {", 31);
+  const std::string message = refusal(put("cut.glb", header), {});
+  EXPECT_NE(message.find("cut.glb: cannot read as an animated mesh: its first chunk has 2147483648 "
+                         "bytes, of which the file has 11"),
+            std::string::npos)
+      << message;
+}
+
 TEST_F(SkinnedFileTest, MorphTargetsAreRefused) {
   const fs::path path =
       models / "glTF2" / "glTF-Sample-Models" / "AnimatedMorphCube-glTF" / "AnimatedMorphCube.gltf";

@@ -60,7 +60,8 @@ RemeshReport remesh_step(Scene& scene, const Sewing& sewing, AdaptiveRun& adapti
   // That of the material itself: how it yields out of view is decided each time.
   run->store.set_compression({});
   const Energy before = energy_of(run->store);
-  // What a cloth is thrown with may be gone after a frame, and would be much to add to what is left.
+  // What a cloth is thrown with may be gone after a frame, and would be much to add to what is
+  // left.
   if (run->store.step_number > 0)
     adaptive.peak_kinetic = std::max(adaptive.peak_kinetic, before.kinetic);
   for (int tries = 0; tries < 2; ++tries) {

@@ -79,7 +79,8 @@ struct ActiveSetUpdateCase {
       gap += c.w[j] * dot(c.n, x[static_cast<std::size_t>(c.v[j])]);
       gap_t0 += c.w[j] * dot(c.n, x0[static_cast<std::size_t>(c.v[j])]);
     }
-    if (last || early || !plainly_crushed(c, gap, gap_t0) || !has_level(c, levels(set.cloth))) return 0;
+    if (last || early || !plainly_crushed(c, gap, gap_t0) || !has_level(c, levels(set.cloth)))
+      return 0;
     const double room = gap_t0 - 0.8 * c.reach;
     const double factor = room > (gap_t0 - gap) / 24 ? (gap_t0 - gap) / room : 24;
     const double taken = c.push * (c.thickness - gap);

@@ -118,14 +118,9 @@ def of_sample(key, form="{:,.0f}"):
     return lambda c: pair(c, lambda r: form.format(r["sample"][key]))
 
 
-def solve_ms(result):
-    sample = result["sample"]
-    return f"{sample['stages_ms']['solve'] / sample['steps']:.1f}"
-
-
-def response_ms(result):
-    sample = result["sample"]
-    return f"{sample['stages_ms']['certify'] / sample['steps']:.1f}"
+def of_stage(name):
+    """ms per step in a stage."""
+    return lambda c: pair(c, lambda r: f"{r['sample']['stages_ms'][name] / r['sample']['steps']:.1f}")
 
 
 COLUMNS = [
@@ -134,8 +129,8 @@ COLUMNS = [
     ("times as fast", True, speed),
     ("solves", True, of_sample("solves")),
     ("iterations", True, of_sample("iterations")),
-    ("solve, ms per step", True, lambda c: pair(c, solve_ms)),
-    ("collision response, ms per step", True, lambda c: pair(c, response_ms)),
+    ("solve, ms per step", True, of_stage("solve")),
+    ("collision response, ms per step", True, of_stage("certify")),
     ("impacts", True, of_sample("impacts")),
     ("set-up, s", True, of_sample("setup_s", "{:.1f}")),
 ]
@@ -164,7 +159,7 @@ def main():
     parser.add_argument("paths", nargs="+", type=Path, metavar="OLD NEW FILE | FILE")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--only", action="append", metavar="NAME")
-    parser.add_argument("--devices", default="1,2")
+    parser.add_argument("--devices", default="1,2", help="numbers of GPUs")
     parser.add_argument("--limit", type=float, default=200, help="[s] for a run")
     arguments = parser.parse_args()
     try:

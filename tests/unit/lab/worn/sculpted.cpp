@@ -12,13 +12,13 @@ namespace weft::lab::test {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-// Shares of a body's height, as promised to users: by how much openings may slide, and by which
-// angle they may turn.
+// The limits that users are promised: how far openings may slide, as shares of the body's height,
+// and by what angle they may turn.
 constexpr double trunk_limit = 0.06, limb_limit = 0.1, turn_limit = 60 * degree;
-// And the share of a panel that may be stretched by more than this.
+// The share of a panel that may be stretched by more than this factor.
 constexpr double stretch_limit = 1.25, stretched_limit = 0.02;
 
-// What is drawn for a fit before a garment is cut.
+// The random choices of a fit, made before its garment is cut.
 struct Setting {
   Cut cut{};
   Proportions proportions;
@@ -56,7 +56,7 @@ class Wearing {
   const Point& first(std::size_t v) const { return garment.positions[v]; }
   double hip_z() const { return body.hip_z(); }
 
-  // Which vertices belong to panels whose label begins so.
+  // Which vertices belong to panels whose label begins with this.
   std::vector<char> of(const std::string& label) const {
     std::vector<char> chosen(x.size(), 0);
     for (std::size_t k = 0; k < garment.triangles.size(); ++k)
@@ -90,7 +90,7 @@ class Wearing {
     }
   }
 
-  // Moves every vertex along a field of velocities, on its level.
+  // Moves every vertex along a velocity field, at a constant distance from the body.
   void flow(const std::function<Point(std::size_t, Point)>& velocity, int steps) {
     for (int step = 0; step < steps; ++step)
       for (std::size_t v = 0; v < x.size(); ++v) {
@@ -180,7 +180,7 @@ class Wearing {
     return worst;
   }
 
-  // Relaxes until no panel is stretched where that is not what happened.
+  // Relaxes until no panel is stretched, unless stretching is the planted fault.
   void relax_until_slack(int batches) {
     for (int batch = 0; batch < batches; ++batch) {
       relax(30);
@@ -223,9 +223,9 @@ class Wearing {
   }
 };
 
-// ------------------------------------------------------------------------------ what may happen
+// ------------------------------------------------------------------------------ planted faults
 
-// Downwards over the body, at the speed of a length of cloth.
+// Direction in which cloth slides down over the surface of the body.
 Point downhill(const Wearing& w, Point p) {
   const Point g = w.body.gradient(p, w.parts);
   const double size = length(g);
@@ -236,7 +236,7 @@ Point downhill(const Wearing& w, Point p) {
   return length(along) > 0.2 ? unit(along) : Point{0, 0, 0};
 }
 
-// All of it slides down by `amount` at its upper edge, and by nothing at `still_z` and below.
+// The garment slides down: by `amount` at its upper edge, not at all at `still_z` and below.
 void slide_down(Wearing& w, double amount, double still_z) {
   double top = -1;
   for (const Point& p : w.x) top = std::max(top, p[2]);
@@ -248,7 +248,7 @@ void slide_down(Wearing& w, double amount, double still_z) {
       8);
 }
 
-// Turns about the body's axis.
+// Turns the garment about the body's vertical axis.
 void turn(Wearing& w, double angle) {
   w.flow(
       [&](std::size_t, Point p) {
@@ -258,12 +258,18 @@ void turn(Wearing& w, double angle) {
       12);
 }
 
-// A sleeve or leg moves along its limb, most at its end.
-void slide_tube(Wearing& w, Part limb, const std::string& label, double amount) {
-  const std::vector<char> tube = w.of(label, limb);
+// How far along its limb a sleeve or leg reaches. [m]
+double end_of(const Wearing& w, Part limb, const std::vector<char>& tube) {
   double end = 0;
   for (std::size_t v = 0; v < w.x.size(); ++v)
     if (tube[v]) end = std::max(end, w.body.along(limb, w.first(v)));
+  return end;
+}
+
+// A sleeve or leg slides along its limb, farthest at its end.
+void slide_tube(Wearing& w, Part limb, const std::string& label, double amount) {
+  const std::vector<char> tube = w.of(label, limb);
+  const double end = end_of(w, limb, tube);
   w.flow(
       [&](std::size_t v, Point p) {
         if (!tube[v]) return Point{0, 0, 0};
@@ -275,9 +281,7 @@ void slide_tube(Wearing& w, Part limb, const std::string& label, double amount) 
 
 void twist_tube(Wearing& w, Part limb, const std::string& label, double angle) {
   const std::vector<char> tube = w.of(label, limb);
-  double end = 0;
-  for (std::size_t v = 0; v < w.x.size(); ++v)
-    if (tube[v]) end = std::max(end, w.body.along(limb, w.first(v)));
+  const double end = end_of(w, limb, tube);
   w.flow(
       [&](std::size_t v, Point p) {
         if (!tube[v]) return Point{0, 0, 0};
@@ -309,7 +313,7 @@ void pull(Wearing& w, const std::string& label, double radius, double slope) {
   }
 }
 
-// A sleeve hangs down behind the arm, which is not in it.
+// The arm is out of its sleeve, which hangs down behind it.
 void empty_sleeve(Wearing& w, int side) {
   const std::vector<char> sleeve = w.of(side == 0 ? "sleeve_l" : "sleeve_r");
   const Frame& chest = w.body.bone(Bone::chest);
@@ -331,7 +335,7 @@ void empty_sleeve(Wearing& w, int side) {
   w.parts &= ~static_cast<unsigned>(limb);
 }
 
-// One leg of the trousers holds both legs, the other one hangs beside.
+// Both legs are in one trouser leg; the other one hangs beside them.
 void both_legs_in_one(Wearing& w, int side) {
   const int other = 1 - side;
   const Part full = leg(side), empty = leg(other);
@@ -565,7 +569,7 @@ void sleeve_inside_out(Wearing& w, int side) {
   w.smooth(2, 0.3);
 }
 
-// A length of a sleeve or leg is drawn out.
+// Part of a sleeve or leg is stretched lengthwise.
 void drawn_out(Wearing& w, Part limb, const std::string& label, double from, double to,
                double stretch) {
   const std::vector<char> tube = w.of(label, limb);
@@ -663,7 +667,7 @@ const char* name_of(Cut c) {
   return names[static_cast<std::size_t>(c)];
 }
 
-// To another place in the world, as a scene may have it.
+// Moves body and garment to another place in the world, as scenes may.
 void place(SculptedFit& fit, Draw& draw, bool y_up) {
   const double yaw = draw.between(-3, 3);
   const Point shift{draw.between(-2, 2), draw.between(-2, 2), draw.between(0, 0.5)};

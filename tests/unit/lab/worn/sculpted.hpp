@@ -7,8 +7,7 @@
 
 namespace weft::lab::test {
 
-/// A garment on a sculpted body, at the end of a simulation that never ran: what `weft check
-/// --worn` reads.
+/// A garment on a sculpted body as `weft check --worn` would read it. Nothing was simulated.
 struct SculptedFit {
   std::string what;   ///< garment and what happened to it, for messages
   std::string fault;  ///< of a bad fit: words of the fault that was planted
@@ -32,7 +31,7 @@ SculptedFit sculpted_good(int set, int n);
 /// factor of 1.3 or more
 SculptedFit sculpted_bad(int set, int n);
 
-/// What a body may do while nothing happens to its garment.
+/// Motions of a body that its garment follows without a fault.
 enum class Motion { reaches_forward, turns_trunk, steps_wide, bends_arms };
 
 /// @return a garment with sleeves or legs that goes along

@@ -43,7 +43,8 @@ unsigned parts_of(Cut c) {
   return parts;
 }
 
-// Cones that stand off the body: lengths from the hips in heights of the body.
+// Adds the cone of a garment that stands away from the body. Lengths below the hips are shares of
+// the body's height.
 void add_shell(Cut cut, Sculpture& shell, const Tailoring& how) {
   const double h = shell.height(), t = shell.trunk_length();
   const double l = how.length;
@@ -106,7 +107,7 @@ double waist_z(Cut cut, const Sculpture& body) {
   }
 }
 
-// A hood that hangs on the back: it turns about the nape.
+// Turns the hood about the nape of the neck until it hangs down the back.
 void fold_hood(std::vector<Point>& positions, const Sculpture& body) {
   const double h = body.height(), t = body.trunk_length();
   const Frame& chest = body.bone(Bone::chest);
@@ -161,7 +162,7 @@ Tailored tailored(Cut cut, const Sculpture& body, const Tailoring& how, Draw& dr
   Point low, high;
   shell.bounds(parts, low, high);
   const Point margin{0.06, 0.06, 0.06};
-  // What would be cut off far below or above is not made.
+  // Surfaces far above or below the garment would only be cut off again.
   if (!has_legs(cut) && cut != Cut::briefs) {
     double lowest = hem_z(cut, body, how.length);
     if (own & arms) lowest = std::min({lowest, body.wrist(0)[2], body.wrist(1)[2]});

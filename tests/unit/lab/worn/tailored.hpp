@@ -46,7 +46,7 @@ struct Tailored {
 };
 
 /// Cuts a garment from a surface at some distance around the parts of the body that it covers.
-/// Shells of skirts, dresses and ponchos stand off as cones.
+/// Skirts, dresses and ponchos are cut from cones that stand away from the body.
 Tailored tailored(Cut cut, const Sculpture& body, const Tailoring& how, Draw& draw);
 
 }  // namespace weft::lab::test

@@ -223,7 +223,7 @@ class Wearing {
   }
 };
 
-// ------------------------------------------------------------------------------ planted faults
+// ------------------------------------------------------------------------------ moves of garments
 
 // Direction in which cloth slides down over the surface of the body.
 Point downhill(const Wearing& w, Point p) {

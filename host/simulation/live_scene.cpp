@@ -212,7 +212,8 @@ void LiveScene::count_rest() {
   visit([this](auto& run) {
     const auto snapshot = run.store.snapshot();
     rest_.add_frame(Span(snapshot.velocities.data(), snapshot.velocities.size()), snapshot.time,
-                    quiet_frames_of_rest(scene_.time));
+                    quiet_frames_of_rest(scene_.time),
+                    Span(snapshot.positions.data(), snapshot.positions.size()));
   });
 }
 
@@ -371,6 +372,11 @@ void LiveScene::resume(const CheckpointReader& in, bool same_scene) {
   take_up(in);
   weightless_ = sewn_gravity_ && !sewing_.complete() && scene_.gravity == Vec3<double>{0, 0, 0};
   restart_rest();
+  // Runs write checkpoints at the end of a frame.
+  visit([this](auto& run) {
+    const auto snapshot = run.store.snapshot();
+    rest_.begin_frame(Span(snapshot.positions.data(), snapshot.positions.size()), snapshot.time);
+  });
   if (same_scene && scene_.time.until == RunUntil::rest)
     rest_.restore(quiet_frames, quiet_frames_of_rest(scene_.time));
 }

@@ -19,22 +19,38 @@ double unless_endless(double time) {
 }  // namespace
 
 template <class T>
-void RestCount::add_frame(Span<const Vec3<T>> velocities, double end, int frames) {
+void RestCount::add_frame(Span<const Vec3<T>> velocities, double end, int frames,
+                          Span<const Vec3<T>> positions) {
+  const bool known = before_.size() == positions.size() && end > before_time_;
+  const double way = moving_speed * (end - before_time_);
   std::size_t moving = 0;
   for (std::size_t v = 0; v < velocities.size(); ++v) {
-    double square = 0;
-    for (int k = 0; k < 3; ++k) square += double{velocities[v][k]} * double{velocities[v][k]};
-    moving += square > moving_speed * moving_speed;
+    if (!(length_sq(vec_cast<double>(velocities[v])) > moving_speed * moving_speed)) continue;
+    // Jammed cloth trembles without going anywhere.
+    if (known && v < before_.size() &&
+        !(length_sq(vec_cast<double>(positions[v]) - before_[v]) > way * way))
+      continue;
+    ++moving;
   }
   const auto count = static_cast<double>(std::max<std::size_t>(velocities.size(), 1));
   state_.moving_share = static_cast<double>(moving) / count;
   const bool quiet = state_.moving_share <= moving_share_max && end > last_change_;
   state_.quiet_frames = quiet ? state_.quiet_frames + 1 : 0;
   state_.rested = state_.quiet_frames >= frames;
+  begin_frame(positions, end);
 }
 
-template void RestCount::add_frame(Span<const Vec3<float>>, double, int);
-template void RestCount::add_frame(Span<const Vec3<double>>, double, int);
+template <class T>
+void RestCount::begin_frame(Span<const Vec3<T>> positions, double time) {
+  before_.clear();
+  for (const Vec3<T>& x : positions) before_.push_back(vec_cast<double>(x));
+  before_time_ = time;
+}
+
+template void RestCount::add_frame(Span<const Vec3<float>>, double, int, Span<const Vec3<float>>);
+template void RestCount::add_frame(Span<const Vec3<double>>, double, int, Span<const Vec3<double>>);
+template void RestCount::begin_frame(Span<const Vec3<float>>, double);
+template void RestCount::begin_frame(Span<const Vec3<double>>, double);
 
 int quiet_frames_of_rest(const TimeSettings& time) {
   return std::max(2, static_cast<int>(std::ceil(quiet_duration * time.frame_rate * (1 - 1e-9))));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "weft/core/span.hpp"
 #include "weft/rest_state.hpp"
@@ -21,8 +22,15 @@ class RestCount {
   /// @param velocities [vertices of cloth] [m/s]
   /// @param end        [s]
   /// @param frames     quiet frames that make rest
+  /// @param positions  [>= vertices of cloth] [m] empty: velocities alone count
   template <class T>
-  void add_frame(Span<const Vec3<T>> velocities, double end, int frames);
+  void add_frame(Span<const Vec3<T>> velocities, double end, int frames,
+                 Span<const Vec3<T>> positions = {});
+
+  /// Where cloth is at the beginning of a frame, if it was not told by add_frame().
+  /// @param positions [>= vertices of cloth] [m]   @param time [s]
+  template <class T>
+  void begin_frame(Span<const Vec3<T>> positions, double time);
 
   const RestState& state() const { return state_; }
 
@@ -35,6 +43,8 @@ class RestCount {
  private:
   double last_change_ = 0;
   RestState state_;
+  std::vector<Vec3<double>> before_;  ///< [m] at the end of the last frame
+  double before_time_ = 0;            ///< [s]
 };
 
 /// Quiet frames that make rest: those of quiet_duration, and at least two.

@@ -38,6 +38,26 @@ TEST(RestCount, NeedsQuietFramesInARow) {
   EXPECT_TRUE(count.state().rested);
 }
 
+/// What only trembles has a velocity, but is where it was a frame ago; what drifts is not.
+TEST(RestCount, TremblingClothRests) {
+  for (const double drift : {0.0, 0.0099, 0.0101}) {
+    RestCount count;
+    const auto v = velocities(1000, 1);
+    std::vector<Vec3<double>> x(1000, Vec3<double>{1, 2, 3});
+    const auto frame = [&](double end) {
+      count.add_frame(Span<const Vec3<double>>(v.data(), v.size()), end, 3,
+                      Span<const Vec3<double>>(x.data(), x.size()));
+    };
+    frame(0.1);
+    EXPECT_DOUBLE_EQ(count.state().moving_share, 1);  // nothing is known of the frame before
+    for (int k = 2; k <= 4; ++k) {
+      for (Vec3<double>& p : x) p[0] += 0.1 * drift;
+      frame(0.1 * k);
+    }
+    EXPECT_EQ(count.state().rested, drift < 0.01) << drift;
+  }
+}
+
 TEST(RestCount, NotBeforeTheLastChange) {
   RestCount count;
   count.reset(2);

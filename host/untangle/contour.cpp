@@ -181,10 +181,51 @@ ContourSearch::ContourSearch(const IntersectingSurfaces& surfaces, const Surface
       obstacle_(surfaces.points, surfaces.triangles, surfaces.cloth_triangle_count,
                 static_cast<Index>(surfaces.triangles.size()), touching) {}
 
+/// Points that have moved since the last find(), or are awake and were not.
+std::vector<unsigned char> ContourSearch::changed_points(Span<const unsigned char> awake) const {
+  const std::vector<Point>& now = surfaces_.points;
+  std::vector<unsigned char> changed(now.size(), 1);
+  if (points_before_.size() != now.size()) return changed;
+  for (std::size_t v = 0; v < now.size(); ++v)
+    changed[v] = !(now[v] == points_before_[v]) || (awake[v] != 0 && awake_before_[v] == 0);
+  return changed;
+}
+
+/// Does nothing where obstacles are as they were: they rarely change.
+void ContourSearch::refit_obstacles(double pad, Span<const unsigned char> changed) {
+  const IntersectingSurfaces& s = surfaces_;
+  const auto changes = [&](const Tri& t) {
+    return changed[at(t.v[0])] != 0 || changed[at(t.v[1])] != 0 || changed[at(t.v[2])] != 0;
+  };
+  const bool any =
+      std::any_of(s.triangles.begin() + s.cloth_triangle_count, s.triangles.end(), changes);
+  if (!any && pad == obstacle_pad_) return;
+  obstacle_.refit(s.points, s.triangles, pad, changed);
+  obstacle_pad_ = any ? -1 : pad;
+}
+
+/// What the last find() found of pairs that have not changed and of which a corner is awake.
+Contours ContourSearch::unchanged(Span<const unsigned char> awake,
+                                  Span<const unsigned char> changed) const {
+  const auto any = [&](Span<const unsigned char> marks, Index a, Index b) {
+    for (const Index t : {a, b})
+      for (const Index v : surfaces_.triangles[at(t)].v)
+        if (marks[at(v)] != 0) return true;
+    return false;
+  };
+  const auto stays = [&](Index a, Index b) { return any(awake, a, b) && !any(changed, a, b); };
+  Contours c;
+  for (const Piercing& p : piercings_before_)
+    if (stays(first_triangle(p.edge), p.face)) c.piercings.push_back(p);
+  for (const auto& [a, b] : touching_before_)
+    if (stays(a, b)) c.touching.emplace_back(a, b);
+  return c;
+}
+
 Contours ContourSearch::find(Span<const unsigned char> awake) {
   const IntersectingSurfaces& s = surfaces_;
-  Contours c;
-  std::vector<std::pair<Index, Index>> touching_only;
+  const std::vector<unsigned char> changed = changed_points(awake);
+  Contours c = unchanged(awake, changed);
   // Every edge is looked at along with the first of its triangles.
   const auto look = [&](Index t, Index face, const Corners& corners, bool& any) {
     for (const Index e : topology_.triangle_edges[at(t)]) {
@@ -193,14 +234,19 @@ Contours ContourSearch::find(Span<const unsigned char> awake) {
       if (has(f, edge.v[0]) || has(f, edge.v[1])) continue;
       if (!pierces(s.points[at(edge.v[0])], s.points[at(edge.v[1])], corners)) continue;
       any = true;
-      if (topology_.edge_triangles[at(topology_.edge_first[at(e)])] == t)
-        c.piercings.push_back(piercing_of(s, edge, e, face));
+      if (first_triangle(e) == t) c.piercings.push_back(piercing_of(s, edge, e, face));
     }
+  };
+  const auto is_awake = [&](Index t) {
+    const Tri& tri = s.triangles[at(t)];
+    return awake[at(tri.v[0])] != 0 || awake[at(tri.v[1])] != 0 || awake[at(tri.v[2])] != 0;
   };
   double reach = 0;
   for (const Point& x : s.points)
     for (int k = 0; k < 3; ++k) reach = std::max(reach, std::fabs(x[k]));
-  visit_in_pattern(2 * touching * reach, awake, [&](Index a, Index b) {
+  refit_obstacles(2 * touching * reach, changed);
+  visit_with_cloth(2 * touching * reach, changed, [&](Index a, Index b) {
+    if (!is_awake(a) && !is_awake(b)) return;
     const Corners s_corners = corners_of(s, a);
     const Corners t_corners = corners_of(s, b);
     if (!triangles_intersect(s.triangles[at(a)], s.triangles[at(b)], s_corners, t_corners)) return;
@@ -213,6 +259,10 @@ Contours ContourSearch::find(Span<const unsigned char> awake) {
   std::sort(c.piercings.begin(), c.piercings.end(), [](const Piercing& p, const Piercing& q) {
     return p.edge != q.edge ? p.edge < q.edge : p.face < q.face;
   });
+  points_before_ = s.points;
+  awake_before_.assign(awake.begin(), awake.end());
+  piercings_before_ = c.piercings;
+  touching_before_ = c.touching;
   add_arcs(s, topology_, c);
   number_contours(c);
   return c;

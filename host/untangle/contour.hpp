@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/geometry/box_tree.hpp"
+#include "weft/core/at.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
@@ -90,7 +91,8 @@ class ContourSearch {
   /// @param surfaces must outlive the search
   ContourSearch(const IntersectingSurfaces& surfaces, const SurfaceTopology& topology);
 
-  /// Contours as the points are now.
+  /// Contours as the points are now. Only pairs of triangles with a corner that has moved or woken
+  /// since the last call are looked at again.
   /// @param awake [points] pairs of triangles without such a corner are passed over
   Contours find(Span<const unsigned char> awake);
 
@@ -99,17 +101,34 @@ class ContourSearch {
   /// @param pads one for all, or [triangles]
   template <class Pads, class Visit>
   void visit_in_pattern(const Pads& pads, Span<const unsigned char> awake, Visit visit) {
-    cloth_.refit(surfaces_.points, surfaces_.triangles, pads, awake);
     obstacle_.refit(surfaces_.points, surfaces_.triangles, pads, awake);
-    if (surfaces_.self) visit_own_pairs(cloth_, 1, visit);
-    visit_pairs(cloth_, 1, obstacle_, 1, visit);
+    obstacle_pad_ = -1;
+    visit_with_cloth(pads, awake, visit);
   }
 
  private:
+  template <class Pads, class Visit>
+  void visit_with_cloth(const Pads& pads, Span<const unsigned char> awake, Visit visit) {
+    cloth_.refit(surfaces_.points, surfaces_.triangles, pads, awake);
+    if (surfaces_.self) visit_own_pairs(cloth_, 1, visit);
+    visit_pairs(cloth_, 1, obstacle_, 1, visit);
+  }
+  std::vector<unsigned char> changed_points(Span<const unsigned char> awake) const;
+  void refit_obstacles(double pad, Span<const unsigned char> changed);
+  Contours unchanged(Span<const unsigned char> awake, Span<const unsigned char> changed) const;
+  Index first_triangle(Index edge) const {
+    return topology_.edge_triangles[at(topology_.edge_first[at(edge)])];
+  }
+
   const IntersectingSurfaces& surfaces_;
   const SurfaceTopology& topology_;
   BoxTree cloth_;
   BoxTree obstacle_;
+  double obstacle_pad_ = -1;  ///< [m] of boxes of obstacles with nothing awake; -1: of no such ones
+  std::vector<Vec3<double>> points_before_;  ///< [m] of the last find(), with what it found
+  std::vector<unsigned char> awake_before_;
+  std::vector<Piercing> piercings_before_;
+  std::vector<std::pair<Index, Index>> touching_before_;
 };
 
 /// @param contour a number below contours.count

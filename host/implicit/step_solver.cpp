@@ -48,6 +48,7 @@ constexpr int refinements_max = 20;
 
 /// How often a step's linear system is solved again because its contacts turn out otherwise.
 constexpr int active_set_iterations_max = 3;
+constexpr int active_set_iterations_draping = 1;
 /// That many tolerances of the solve may what contacts turn out to be differ from what they were
 /// taken for.
 constexpr double active_set_share = 10;
@@ -57,6 +58,12 @@ constexpr double early_share = 0.03;
 /// So much of its weight may friction on a component of cloth, all together, be off. Chosen in
 /// docs/decisions/002-contacts.md.
 constexpr double friction_missed_max = 0.1;
+
+/// Whether only the end of the motion counts: garments go on until they rest. A linear solve loses
+/// energy where Newton's method would keep it, and they rest earlier.
+bool is_draping(const Scene& scene) {
+  return !scene.garment_starts.empty() && scene.time.until == RunUntil::rest;
+}
 
 }  // namespace
 
@@ -211,6 +218,7 @@ bool StepSolver<T>::is_nearly_linear(const Attempt& a) {
   if (energy.turned <= missed_share_max * at_play ||
       energy.turned <= turned_share_max * fall_energy)
     return true;
+  if (is_draping(store_.scene())) return true;
   const bool jammed = truncating_ || store_.backoff.truncated > 0;
   if (seams_pull_ || jammed) return energy.turned <= dissipated_share_max * at_play;
   return energy.turned <= turned_share_max * (system_.kinetic_energy() + fall_energy);
@@ -301,9 +309,10 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
 /// of this.
 template <class T>
 bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
-  for (int k = 0; k < active_set_iterations_max; ++k) {
-    if (is_right(update_active_set(
-            {.may_become_firm = a.whole, .last = k + 1 == active_set_iterations_max})))
+  const int iterations_max =
+      is_draping(store_.scene()) ? active_set_iterations_draping : active_set_iterations_max;
+  for (int k = 0; k < iterations_max; ++k) {
+    if (is_right(update_active_set({.may_become_firm = a.whole, .last = k + 1 == iterations_max})))
       return true;
     ++report.active_set_iterations;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });

@@ -27,8 +27,8 @@ json garment_scene(const GarmentSceneRequest& request) {
   }
   json scene{{"name", request.name},
              {"description", request.description},
-             {"time", {{"step", 0.005}, {"frame_rate", 25}, {"frames", 250}, {"until", "rest"}}},
-             {"materials", {{"cloth", {{"fabric", request.fabric}, {"damping", {{"mass", 8}}}}}}},
+             {"time", {{"step", 0.01}, {"frame_rate", 25}, {"frames", 250}, {"until", "rest"}}},
+             {"materials", {{"cloth", {{"fabric", request.fabric}, {"damping", {{"mass", 4}}}}}}},
              {"garments", std::move(garments)}};
   if (!request.body_file.empty())
     scene["obstacles"] = {{{"name", "body"}, {"mesh", request.body_file}, {"up", "y"}}};

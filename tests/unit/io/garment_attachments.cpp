@@ -102,5 +102,24 @@ TEST_F(GarmentAttachments, EdgeBecomesLevel) {
   }
 }
 
+/// A held panel that swings in long steps turns far in each of them.
+TEST_F(GarmentAttachments, SwingsWithoutNewtonsMethodUntilItRests) {
+  for (const RunUntil until : {RunUntil::frames, RunUntil::rest}) {
+    Scene scene = read({{"label", "waist"}, {"along", nullptr}});
+    scene.time.step = 0.04;
+    scene.time.until = until;
+    scene.gravity = {0, 30, -9.81};
+    Simulation simulation(scene, host_devices(1));
+    int more = 0;
+    for (int step = 0; step < 25; ++step) {
+      const StepReport report = simulation.step();
+      ASSERT_EQ(report.failure, Failure::none) << step;
+      ASSERT_EQ(report.retries, 0) << step;
+      more += report.newton_iterations - 1;
+    }
+    EXPECT_EQ(more > 0, until == RunUntil::frames) << more;
+  }
+}
+
 }  // namespace
 }  // namespace weft::io

@@ -27,8 +27,12 @@
 namespace weft {
 namespace {
 
-/// If fewer than this share of the pairs could be welded, they wait for the end of the frame.
+/// If fewer than this share of the pairs could be welded, they wait for the end of the frame; those
+/// that are fewer than half of the open ones, for the end of one in five, or of the last. Each time
+/// the model is made again.
 constexpr double weld_share = 0.125;
+constexpr double weld_share_of_open = 0.5;
+constexpr int frames_per_straggler = 5;
 
 /// Puts vertices that are one at the start where they are one: at the mean of their places.
 void join_at_start(Scene& scene, const Sewing& sewing) {
@@ -254,12 +258,20 @@ double LiveScene::sew(bool frame_ends, StepReport& report) {
   return changed + let_fall();
 }
 
+double LiveScene::weld_share_at_frame_end() {
+  const int frame = frame_number();
+  if (frame % frames_per_straggler == 0 || frame >= scene_.time.frames) return 0;
+  return weld_share_of_open * static_cast<double>(open_seam_pairs()) /
+         static_cast<double>(sewing_.welded.size());
+}
+
 template <class T>
 double LiveScene::sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report) {
   Store<T>& store = current->store;
   if (frame_ends) sewing_.refused.clear();
-  Welding<T> welding =
-      weld_close_pairs(store, *current->implicit, sewing_, frame_ends ? 0 : weld_share, report);
+  Welding<T> welding = weld_close_pairs(store, *current->implicit, sewing_,
+                                        frame_ends ? weld_share_at_frame_end() : weld_share,
+                                        report);
   sewing_.refused = std::move(welding.refused);
   if (!welding.state) return 0;
   const double before = total(energy_of(store));

@@ -85,6 +85,7 @@ class LiveScene {
   void part_start();
   void begin_sewing();
   double let_fall();
+  double weld_share_at_frame_end();
   double end_of_pull() const;
   bool is_adaptive() const;
   void go_on() const;

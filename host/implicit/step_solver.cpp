@@ -283,6 +283,7 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
   const bool right = is_right(update_active_set({.early = true, .compare = true}));
   if (right && !paused_) return true;
   floor.pause = 0;
+  floor.pause_at_tolerance = true;
   if (right) {
     floor.resume = true;
   } else {
@@ -291,6 +292,7 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     floor = floor_;
     floor.keep = true;
+    floor.pause_at_tolerance = true;
   }
   return finish_solve(a, floor, report);
 }
@@ -302,12 +304,21 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
 template <class T>
 bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   for (int k = 0; k < active_set_iterations_max; ++k) {
-    if (is_right(update_active_set(
-            {.may_become_firm = a.whole, .last = k + 1 == active_set_iterations_max})))
-      return true;
+    const bool last = k + 1 == active_set_iterations_max;
+    ActiveSet how{.may_become_firm = a.whole, .last = last};
+    if (paused_) {
+      how.compare = true;
+      SolveFloor floor = floor_;
+      floor.resume = true;
+      if (is_right(update_active_set(how)) && !finish_solve(a, floor, report)) return false;
+      how.compare = false;
+    }
+    if (is_right(update_active_set(how))) return true;
     ++report.active_set_iterations;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-    if (!finish_solve(a, floor_, report)) return false;
+    SolveFloor floor = floor_;
+    floor.pause_at_tolerance = !last;
+    if (!finish_solve(a, floor, report)) return false;
   }
   return true;
 }

@@ -271,7 +271,8 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
                       falls ? fall_scale(at.h) : 0,
                       floor.keep,
                       floor.pause,
-                      floor.resume});
+                      floor.resume,
+                      floor.pause_at_tolerance});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);

@@ -53,6 +53,7 @@ struct SolveFloor {
   bool keep = false;     ///< see SolvePcg::keep_references
   double pause = 0;      ///< see SolvePcg
   bool resume = false;   ///< see SolvePcg
+  bool pause_at_tolerance = false;  ///< see SolvePcg
 };
 
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.

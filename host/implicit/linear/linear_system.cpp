@@ -164,8 +164,7 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
 template <class T>
 typename PreconditionerBuffers<T>::Of LinearSystem<T>::matrix(int r) const {
   const Rank& k = rank(r);
-  return {k.mesh.view(k.own), k.plate.view(k.own), k.contacts.view(),
-          geometry(r).fixed.span()};
+  return {k.mesh.view(k.own), k.plate.view(k.own), k.contacts.view(), geometry(r).fixed.span()};
 }
 
 template <class T>

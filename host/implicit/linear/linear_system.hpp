@@ -46,13 +46,13 @@ struct StepEnergy {
 
 /// Lower bounds of the references that a residual is compared with, see SolvePcg.
 struct SolveFloor {
-  double reference = 0;  ///< [N s]
-  double scale = 0;      ///< [sqrt(J)] that of the solve which is repeated
-  double accept = 0;     ///< see SolvePcg
-  double gain = 0;       ///< see SolvePcg
-  bool keep = false;     ///< see SolvePcg::keep_references
-  double pause = 0;      ///< see SolvePcg
-  bool resume = false;   ///< see SolvePcg
+  double reference = 0;             ///< [N s]
+  double scale = 0;                 ///< [sqrt(J)] that of the solve which is repeated
+  double accept = 0;                ///< see SolvePcg
+  double gain = 0;                  ///< see SolvePcg
+  bool keep = false;                ///< see SolvePcg::keep_references
+  double pause = 0;                 ///< see SolvePcg
+  bool resume = false;              ///< see SolvePcg
   bool pause_at_tolerance = false;  ///< see SolvePcg
 };
 

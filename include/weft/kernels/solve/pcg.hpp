@@ -94,8 +94,8 @@ struct SolvePcgPart {
 ///   do, in both norms: an iteration of Newton's method changes the system anyway.
 /// - A solve may pause once both norms of its residual, as the recurrence has it, are the share
 ///   `pause` of the initial guess's, and be resumed on the same system: with the status, the
-///   vectors of the part and the arguments as they were, but for `epoch` and when to pause. Without a
-///   `gain`, it has the same bits as one that does not pause.
+///   vectors of the part and the arguments as they were, but for `epoch` and when to pause. Without
+///   a `gain`, it has the same bits as one that does not pause.
 /// - Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts
 ///   as converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
 ///
@@ -235,8 +235,8 @@ struct PcgScalars {
     alpha = gamma / (d[1] - beta * gamma / alpha);
     settle(a);
     const bool early = !(d[2] > pause * pause || d[0] > scaled_pause * scaled_pause);
-    const bool at_tolerance = a.pause_at_tolerance && d[2] <= target * target &&
-                              d[0] <= scaled_enough * scaled_enough;
+    const bool at_tolerance =
+        a.pause_at_tolerance && d[2] <= target * target && d[0] <= scaled_enough * scaled_enough;
     if (!running || !(early || at_tolerance)) return;
     running = false;
     status.paused = 1;

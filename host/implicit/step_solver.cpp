@@ -283,7 +283,7 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
   const bool right = is_right(update_active_set({.early = true, .compare = true}));
   if (right && !paused_) return true;
   floor.pause = 0;
-  floor.pause_at_tolerance = true;
+  floor.pause_for_contacts = true;
   if (right) {
     floor.resume = true;
   } else {
@@ -292,7 +292,7 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     floor = floor_;
     floor.keep = true;
-    floor.pause_at_tolerance = true;
+    floor.pause_for_contacts = true;
   }
   return finish_solve(a, floor, report);
 }
@@ -317,7 +317,7 @@ bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
     ++report.active_set_iterations;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     SolveFloor floor = floor_;
-    floor.pause_at_tolerance = !last;
+    floor.pause_for_contacts = !last;
     if (!finish_solve(a, floor, report)) return false;
   }
   return true;

@@ -21,6 +21,10 @@ namespace {
 /// While springs pull, what they leave is worth no such effort.
 constexpr double misplaced_share = 0.05;
 
+/// A solve pauses for its contacts if it may leave at most this share of what misplacement alone
+/// allows: if it is to go on by less, a pause saves nothing.
+constexpr double pause_share_max = 0.5;
+
 }  // namespace
 
 template <class T>
@@ -222,15 +226,23 @@ double LinearSystem<T>::fall_scale(double h) const {
   return length(store_.scene().gravity) * h * std::sqrt(store_.model().whole.mass);
 }
 
+/// Most that a solve with contacts may leave in the preconditioned norm for vertices to be where
+/// they belong. [sqrt(J)]
+template <class T>
+double LinearSystem<T>::misplaced_left(double h) const {
+  return misplaced_share * contact_thickness(store_.scene().contact) / h *
+         std::sqrt(store_.model().whole.mass);
+}
+
 /// Most that a solve with contacts may leave in the preconditioned norm. [sqrt(J)]
 template <class T>
 double LinearSystem<T>::left_with_contacts(double h) const {
   const Scene& scene = store_.scene();
-  double left = misplaced_share * contact_thickness(scene.contact) / h;
+  const double left = misplaced_left(h);
   const double fallen = scene.solver.tolerance * length(scene.gravity) * h;
   const bool several = geometry_[0].component_inverse_mass.size() > 1;
-  if (several && rank(0).contacts.spring_count() == 0 && fallen > 0) left = std::min(left, fallen);
-  return left * std::sqrt(store_.model().whole.mass);
+  if (!several || rank(0).contacts.spring_count() > 0 || !(fallen > 0)) return left;
+  return std::min(left, fallen * std::sqrt(store_.model().whole.mass));
 }
 
 template <class T>
@@ -248,6 +260,8 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
       falls ? std::max(floor.reference, weight_impulse(at.h)) : floor.reference;
   // Contacts and springs are the same on all ranks.
   const double left_max = rank(0).contacts.any() ? left_with_contacts(at.h) : 0;
+  const double misplaced = misplaced_left(at.h);
+  const bool pauses = floor.pause_for_contacts && left_max <= pause_share_max * misplaced;
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const Rank& k = rank(r);
@@ -271,7 +285,7 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
                       floor.keep,
                       floor.pause,
                       floor.resume,
-                      floor.pause_at_tolerance});
+                      pauses ? misplaced : 0});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);

@@ -127,8 +127,9 @@ struct SolvePcg {
   bool keep_references = false;  ///< of `reference_min` and `scale_min`, see above
   double pause = 0;              ///< 0: never
   bool resume = false;           ///< resumes the latest solve of these parts, which has paused
-  /// Also pauses at the tolerance, if `left_max` asks for more.
-  bool pause_at_tolerance = false;
+  /// [sqrt(J)] Also pauses at the tolerance with no more than this left in the preconditioned norm,
+  /// if `left_max` asks for more; 0: does not.
+  double pause_left = 0;
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.
@@ -235,8 +236,9 @@ struct PcgScalars {
     alpha = gamma / (d[1] - beta * gamma / alpha);
     settle(a);
     const bool early = !(d[2] > pause * pause || d[0] > scaled_pause * scaled_pause);
-    const bool at_tolerance =
-        a.pause_at_tolerance && d[2] <= target * target && d[0] <= scaled_enough * scaled_enough;
+    const bool at_tolerance = !(d[2] > target * target) &&
+                              !(d[0] > scaled_enough * scaled_enough) &&
+                              !(d[0] > a.pause_left * a.pause_left);
     if (!running || !(early || at_tolerance)) return;
     running = false;
     status.paused = 1;

@@ -283,7 +283,7 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
   const bool right = is_right(update_active_set({.early = true, .compare = true}));
   if (right && !paused_) return true;
   floor.pause = 0;
-  floor.pause_for_contacts = true;
+  floor.pause_for_contacts = a.whole;
   if (right) {
     floor.resume = true;
   } else {
@@ -292,7 +292,7 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     floor = floor_;
     floor.keep = true;
-    floor.pause_for_contacts = true;
+    floor.pause_for_contacts = a.whole;
   }
   return finish_solve(a, floor, report);
 }
@@ -305,19 +305,18 @@ template <class T>
 bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   for (int k = 0; k < active_set_iterations_max; ++k) {
     const bool last = k + 1 == active_set_iterations_max;
-    ActiveSet how{.may_become_firm = a.whole, .last = last};
-    if (paused_) {
-      how.compare = true;
+    if (paused_ && is_right(update_active_set({.compare = true, .last = last}))) {
       SolveFloor floor = floor_;
       floor.resume = true;
-      if (is_right(update_active_set(how)) && !finish_solve(a, floor, report)) return false;
-      how.compare = false;
+      if (!finish_solve(a, floor, report)) return false;
     }
-    if (is_right(update_active_set(how))) return true;
+    // Only whole solves show which contacts are crushed.
+    if (is_right(update_active_set({.may_become_firm = a.whole && !paused_, .last = last})))
+      return true;
     ++report.active_set_iterations;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     SolveFloor floor = floor_;
-    floor.pause_for_contacts = !last;
+    floor.pause_for_contacts = a.whole && !last;
     if (!finish_solve(a, floor, report)) return false;
   }
   return true;

@@ -291,6 +291,7 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
   const bool right = is_right(update_active_set({.early = true, .compare = true}));
   if (right && !paused_) return true;
   floor.pause = 0;
+  floor.pause_for_contacts = a.whole;
   if (right) {
     floor.resume = true;
   } else {
@@ -299,6 +300,7 @@ bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, St
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     floor = floor_;
     floor.keep = true;
+    floor.pause_for_contacts = a.whole;
   }
   return finish_solve(a, floor, report);
 }
@@ -312,11 +314,20 @@ bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   const int iterations_max =
       is_draping(store_.scene()) ? active_set_iterations_draping : active_set_iterations_max;
   for (int k = 0; k < iterations_max; ++k) {
-    if (is_right(update_active_set({.may_become_firm = a.whole, .last = k + 1 == iterations_max})))
+    const bool last = k + 1 == iterations_max;
+    if (paused_ && is_right(update_active_set({.compare = true, .last = last}))) {
+      SolveFloor floor = floor_;
+      floor.resume = true;
+      if (!finish_solve(a, floor, report)) return false;
+    }
+    // Only whole solves show which contacts are crushed.
+    if (is_right(update_active_set({.may_become_firm = a.whole && !paused_, .last = last})))
       return true;
     ++report.active_set_iterations;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-    if (!finish_solve(a, floor_, report)) return false;
+    SolveFloor floor = floor_;
+    floor.pause_for_contacts = a.whole && !last;
+    if (!finish_solve(a, floor, report)) return false;
   }
   return true;
 }

@@ -21,6 +21,11 @@ namespace {
 /// While springs pull, what they leave is worth no such effort.
 constexpr double misplaced_share = 0.05;
 
+/// A solve pauses for its contacts if it may leave at most this share of what misplacement alone
+/// allows: if it is to go on by less, a pause saves nothing. Nor does it where pins may pull a
+/// cloth: what the pull leaves to solve for then hides what friction on the others is.
+constexpr double pause_share_max = 0.5;
+
 }  // namespace
 
 template <class T>
@@ -164,8 +169,7 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
 template <class T>
 typename PreconditionerBuffers<T>::Of LinearSystem<T>::matrix(int r) const {
   const Rank& k = rank(r);
-  return {k.mesh.view(k.own), k.plate.view(k.own), k.contacts.view(),
-          geometry(r).fixed.span()};
+  return {k.mesh.view(k.own), k.plate.view(k.own), k.contacts.view(), geometry(r).fixed.span()};
 }
 
 template <class T>
@@ -223,15 +227,23 @@ double LinearSystem<T>::fall_scale(double h) const {
   return length(store_.scene().gravity) * h * std::sqrt(store_.model().whole.mass);
 }
 
+/// Most that a solve with contacts may leave in the preconditioned norm for vertices to be where
+/// they belong. [sqrt(J)]
+template <class T>
+double LinearSystem<T>::misplaced_left(double h) const {
+  return misplaced_share * contact_thickness(store_.scene().contact) / h *
+         std::sqrt(store_.model().whole.mass);
+}
+
 /// Most that a solve with contacts may leave in the preconditioned norm. [sqrt(J)]
 template <class T>
 double LinearSystem<T>::left_with_contacts(double h) const {
   const Scene& scene = store_.scene();
-  double left = misplaced_share * contact_thickness(scene.contact) / h;
+  const double left = misplaced_left(h);
   const double fallen = scene.solver.tolerance * length(scene.gravity) * h;
   const bool several = geometry_[0].component_inverse_mass.size() > 1;
-  if (several && rank(0).contacts.spring_count() == 0 && fallen > 0) left = std::min(left, fallen);
-  return left * std::sqrt(store_.model().whole.mass);
+  if (!several || rank(0).contacts.spring_count() > 0 || !(fallen > 0)) return left;
+  return std::min(left, fallen * std::sqrt(store_.model().whole.mass));
 }
 
 template <class T>
@@ -249,6 +261,9 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
       falls ? std::max(floor.reference, weight_impulse(at.h)) : floor.reference;
   // Contacts and springs are the same on all ranks.
   const double left_max = rank(0).contacts.any() ? left_with_contacts(at.h) : 0;
+  const double misplaced = misplaced_left(at.h);
+  const bool pauses = floor.pause_for_contacts && store_.scene().pins.empty() &&
+                      left_max <= pause_share_max * misplaced;
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const Rank& k = rank(r);
@@ -271,7 +286,8 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
                       falls ? fall_scale(at.h) : 0,
                       floor.keep,
                       floor.pause,
-                      floor.resume});
+                      floor.resume,
+                      pauses ? misplaced : 0});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);

@@ -53,6 +53,9 @@ struct SolveFloor {
   bool keep = false;     ///< see SolvePcg::keep_references
   double pause = 0;      ///< see SolvePcg
   bool resume = false;   ///< see SolvePcg
+  /// The solve pauses once vertices are where they belong, see SolvePcg::pause_left: what several
+  /// components of cloth ask for beyond that matters once their contacts are right.
+  bool pause_for_contacts = false;
 };
 
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.
@@ -170,6 +173,7 @@ class LinearSystem {
   SolvePcgPart<T> part(int r);
   TrackedRows tracked_rows(const Linearisation& at);
   bool all_fall() const;
+  double misplaced_left(double h) const;
   double left_with_contacts(double h) const;
   double fall_scale(double h) const;
 

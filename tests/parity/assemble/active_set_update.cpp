@@ -150,6 +150,7 @@ using Cases = testing::Types<
     ActiveSetUpdateCase<double, true>, ActiveSetUpdateCase<double, false>,
     ActiveSetUpdateCase<float, false, true>, ActiveSetUpdateCase<double, false, true>,
     ActiveSetUpdateCase<float, false, true, true>, ActiveSetUpdateCase<double, false, true, true>,
+    ActiveSetUpdateCase<float, false, false, true>, ActiveSetUpdateCase<double, false, false, true>,
     ActiveSetUpdateCase<float, false, false, false, true>,
     ActiveSetUpdateCase<double, false, false, false, true>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(AssembleActiveSetUpdate, KernelParity, Cases);

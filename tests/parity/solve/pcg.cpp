@@ -302,6 +302,36 @@ TYPED_TEST(SolvePcgTest, PausesChangeNoBits) {
   }
 }
 
+TYPED_TEST(SolvePcgTest, PausesAtTheToleranceIfMoreIsAskedFor) {
+  const auto expect_pause = [&](const DeviceSet& devices) {
+    Options options{64, Preconditioner::block_jacobi, 1e-2};
+    const auto to_tolerance = solve<TypeParam>(devices, this->system_, options);
+    const double scale = to_tolerance.status.scale;
+    options.left_max = 1e-3 * scale;
+    const auto nearer = solve<TypeParam>(devices, this->system_, options);
+    options.left_max = 1e-4 * scale;
+    const auto whole = solve<TypeParam>(devices, this->system_, options);
+    EXPECT_GT(nearer.status.iterations, to_tolerance.status.iterations);
+    EXPECT_GT(whole.status.iterations, nearer.status.iterations);
+    for (const Transport transport : {Transport::peer, Transport::pipelined}) {
+      options.transport = transport;
+      options.pause_left = scale;
+      const auto at_tolerance = solve<TypeParam>(devices, this->system_, options);
+      EXPECT_EQ(at_tolerance.paused_iterations, to_tolerance.status.iterations);
+      expect_same_bits(at_tolerance.outputs(), whole.outputs());
+      options.pause_left = 1e-3 * scale;
+      const auto later = solve<TypeParam>(devices, this->system_, options);
+      EXPECT_EQ(later.paused_iterations, nearer.status.iterations);
+      expect_same_bits(later.outputs(), whole.outputs());
+    }
+  };
+  for (const int ranks : {1, 3}) expect_pause(host_devices(ranks, {.poison = true}));
+  for (const std::vector<int>& gpus : gpu_lists()) {
+    std::string why;
+    if (const std::optional<DeviceSet> cuda = find_cuda(gpus, why)) expect_pause(*cuda);
+  }
+}
+
 TYPED_TEST(SolvePcgTest, NotANumberEndsTheSolveOnBoth) {
   this->system_.rhs[100][1] = std::nan("");
   this->system_.fixed[100] = 0;

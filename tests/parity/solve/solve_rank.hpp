@@ -19,8 +19,9 @@ struct Options {
   double scale_min = 0;
   double left_max = 0;
   double gain = 0;
-  Vec3<double> guess{};  ///< of free vertices
-  double pause = 0;      ///< share of the residual at which the solve pauses; 0: none
+  Vec3<double> guess{};   ///< of free vertices
+  double pause = 0;       ///< share of the residual at which the solve pauses; 0: none
+  double pause_left = 0;  ///< see SolvePcg
 };
 
 /// Initial guess of fixed vertices, which they keep.
@@ -221,14 +222,18 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
     return ranks.front().status();
   };
   std::int32_t paused_iterations = 0;
-  if (options.pause > 0) {
-    for (SolvePcg<T>& a : args) a.pause = options.pause;
+  if (options.pause > 0 || options.pause_left > 0) {
+    for (SolvePcg<T>& a : args) {
+      a.pause = options.pause;
+      a.pause_left = options.pause_left;
+    }
     const SolveStatus paused = run();
     EXPECT_EQ(paused.paused, 1);
     EXPECT_EQ(paused.converged, 0);
     paused_iterations = paused.iterations;
     for (SolvePcg<T>& a : args) {
       a.pause = 0;
+      a.pause_left = 0;
       a.epoch += pcg_epochs(options.max_iterations);
       a.resume = true;
     }

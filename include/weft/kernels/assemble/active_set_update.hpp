@@ -34,7 +34,7 @@ struct AssembleActiveSetUpdate {
   /// The solve has paused early: it shows which contacts push, but not what friction is, nor which
   /// are crushed.
   bool early = false;
-  bool compare = false;  ///< early: contacts stay what they were taken for
+  bool compare = false;  ///< contacts stay what they were taken for
   /// Contacts that have met stay what they were taken for: the solve did not know of them, and how
   /// deep it has let them go says nothing of what they bear.
   bool parted = false;
@@ -85,7 +85,7 @@ WEFT_HD double cloth_weights_sq(const AssembleActiveSetUpdate<T>& a, const Conta
   return sum;
 }
 
-/// What a contact adds where the solve has paused early.
+/// What a contact adds where the solve has paused early; it is then as it pushes.
 template <class T>
 WEFT_HD ActiveSetChange<T> early_change(const AssembleActiveSetUpdate<T>& a,
                                         Contact<T>& c) noexcept {
@@ -93,15 +93,14 @@ WEFT_HD ActiveSetChange<T> early_change(const AssembleActiveSetUpdate<T>& a,
   const T push = repulsion_force(gap, c.thickness, c.stiffness) > T(0) ? c.stiffness : T(0);
   if (push == c.push) return {};
   const double normal = static_cast<double>((push - c.push) * (c.thickness - gap));
-  if (!a.compare) c.push = push;
+  c.push = push;
   return {cloth_weights_sq(a, c) * (normal * normal), {}};
 }
 
-/// Contact i.
+/// What a contact adds; it is then as it pushes and drags.
 template <class T>
-WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpdate<T>& a,
-                                                      Index i) noexcept {
-  Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
+WEFT_HD ActiveSetChange<T> active_set_change(const AssembleActiveSetUpdate<T>& a,
+                                             Contact<T>& c) noexcept {
   if (a.early) return early_change(a, c);
   if (a.parted && !(gap_at(c, a.positions) > T(0))) return {};
   const double firmer = a.last || a.touched.empty() ? 0 : static_cast<double>(make_firm(a, c));
@@ -124,6 +123,16 @@ WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpd
   c.drag_limit = right.drag.limit;
   c.slide = right.drag.slide;
   return {weights * (normal * normal + tangential * tangential), friction};
+}
+
+/// Contact i.
+template <class T>
+WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpdate<T>& a,
+                                                      Index i) noexcept {
+  Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
+  if (!a.compare) return active_set_change(a, c);
+  Contact<T> compared = c;
+  return active_set_change(a, compared);
 }
 
 /// Friction on a component of cloth, as in AssembleActiveSetUpdate::friction_sum.

@@ -94,8 +94,8 @@ struct SolvePcgPart {
 ///   do, in both norms: an iteration of Newton's method changes the system anyway.
 /// - A solve may pause once both norms of its residual, as the recurrence has it, are the share
 ///   `pause` of the initial guess's, and be resumed on the same system: with the status, the
-///   vectors of the part and the arguments as they were, but for `pause` and `epoch`. Without a
-///   `gain`, it has the same bits as one that does not pause.
+///   vectors of the part and the arguments as they were, but for `epoch` and when to pause. Without
+///   a `gain`, it has the same bits as one that does not pause.
 /// - Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts
 ///   as converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
 ///
@@ -127,6 +127,9 @@ struct SolvePcg {
   bool keep_references = false;  ///< of `reference_min` and `scale_min`, see above
   double pause = 0;              ///< 0: never
   bool resume = false;           ///< resumes the latest solve of these parts, which has paused
+  /// [sqrt(J)] Also pauses at the tolerance with no more than this left in the preconditioned norm,
+  /// if `left_max` asks for more; 0: does not.
+  double pause_left = 0;
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.
@@ -232,7 +235,11 @@ struct PcgScalars {
     gamma = d[0];
     alpha = gamma / (d[1] - beta * gamma / alpha);
     settle(a);
-    if (!running || d[2] > pause * pause || d[0] > scaled_pause * scaled_pause) return;
+    const bool early = !(d[2] > pause * pause || d[0] > scaled_pause * scaled_pause);
+    const bool at_tolerance = !(d[2] > target * target) &&
+                              !(d[0] > scaled_enough * scaled_enough) &&
+                              !(d[0] > a.pause_left * a.pause_left);
+    if (!running || !(early || at_tolerance)) return;
     running = false;
     status.paused = 1;
     status.alpha = alpha;

@@ -114,6 +114,26 @@ void expect_clear(const Simulation& simulation) {
   EXPECT_NO_THROW(refuse_intersecting_start(s, welded));
 }
 
+/// A pair that is close enough soon, among ten.
+TEST(Seams, StragglersAreWeldedInEveryFifthFrameAndInTheLast) {
+  for (const int frames : {50, 3}) {
+    Scene s = side_by_side(2.1e-3);
+    const int rows = 8;
+    s.cloths[0].mesh = panel(3, rows, {-0.3 - 2.1e-3, 0, 0}, {0.3, 0, 0}, {0, 0.3, 0}).mesh;
+    s.cloths[1].mesh = panel(3, rows, {0, 0, 0}, {0.3, 0, 0}, {0, 0.3, 0}).mesh;
+    s.seams = {seam_of(0, {column(3, rows, 3)[4]}, 1, {column(3, rows, 0)[4]}, 2e-3),
+               seam_of(0, column(3, rows, 0), 1, column(3, rows, 3), 2e-3)};
+    s.seams[1].start_time = 100;
+    s.time.frames = frames;
+    Simulation simulation(s, host_devices(1));
+    for (int step = 0; step < 40 && simulation.seams().front().open > 0; ++step)
+      ASSERT_EQ(simulation.step().failure, Failure::none);
+    EXPECT_EQ(simulation.frame_number(), std::min(frames, 5));
+    EXPECT_EQ(simulation.seams().front().open, 0);
+    EXPECT_EQ(simulation.seams().back().open, rows + 1);
+  }
+}
+
 TEST(SeamState, SayWhatIsOpenAndWhenItClosed) {
   Scene s = side_by_side(0.03);
   s.seams.push_back(seam_of(0, {1}, 0, {13}, 2e-3));  // two corners that never meet

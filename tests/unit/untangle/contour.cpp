@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <random>
 #include <set>
 
 #include "tests/unit/untangle/tangles.hpp"
@@ -98,6 +99,43 @@ TEST(Contour, PassesOverPairsThatSleep) {
   EXPECT_TRUE(search.find(awake).empty());
   std::fill(awake.begin() + 25 * 25, awake.end(), static_cast<unsigned char>(1));  // the cone's
   EXPECT_EQ(search.find(awake).piercings.size(), contours_of(s).piercings.size());
+}
+
+/// Again and again while points move, wake and fall asleep: what a search finds that knows of
+/// nothing before.
+TEST(Contour, SearchesAgainWhatHasChanged) {
+  IntersectingSurfaces s = tangled({crumpled(3, 9, 0.15), flat_grid(9, 1, {0.01, 0.02, 0.03})},
+                                   {make_box({0.4, 0.5, 0.6}, {3, 4, 5})});
+  const SurfaceTopology topology(s.triangles, s.points.size());
+  ContourSearch search(s, topology);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> way(-0.05, 0.05);
+  std::vector<unsigned char> awake(s.points.size(), 1);
+  std::size_t most = 0, least = s.points.size();
+  for (int round = 0; round < 20; ++round) {
+    const Contours found = search.find(awake);
+    const Contours fresh = ContourSearch(s, topology).find(awake);
+    ASSERT_EQ(found.piercings.size(), fresh.piercings.size()) << round;
+    for (std::size_t k = 0; k < fresh.piercings.size(); ++k) {
+      const Piercing &p = found.piercings[k], &q = fresh.piercings[k];
+      EXPECT_TRUE(p.edge == q.edge && p.face == q.face && p.along == q.along &&
+                  p.weights == q.weights && p.point == q.point)
+          << round << ' ' << k;
+    }
+    EXPECT_EQ(found.touching, fresh.touching) << round;
+    EXPECT_EQ(found.number, fresh.number) << round;
+    most = std::max(most, fresh.piercings.size());
+    least = std::min(least, fresh.piercings.size());
+    if (round % 5 == 4) std::fill(awake.begin(), awake.end(), static_cast<unsigned char>(0));
+    for (std::size_t v = 0; v < s.points.size(); ++v) {
+      if (random() % 8 != 0) continue;
+      awake[v] = random() % 3 != 0;
+      if (s.inverse_mass[v] == 0 || awake[v] == 0 || random() % 2 == 0) continue;
+      s.points[v] += Point{way(random), way(random), way(random)};
+    }
+  }
+  EXPECT_GT(most, 100u);
+  EXPECT_LT(least, most / 2);
 }
 
 /// The gradient against central differences of the length, point by point.

@@ -265,9 +265,10 @@ template <class T>
 bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
   const int newton_iterations = store_.scene().solver.newton_iterations;
-  // The search takes contacts for what they were in the last step. The solve knows better of those
-  // that it had.
-  if (!refined_ && newton_iterations <= 1) update_active_set({.parted = true});
+  // The search takes contacts for what they were in the last step. Of friction between several
+  // cloths the solve knows better. Layers of one cloth in a jam would come closer to each other.
+  const bool several = geometry_[0].component_inverse_mass.size() > 1;
+  if (several && !refined_ && newton_iterations <= 1) update_active_set({.parted = true});
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
   const SolveFloor floor = floor_;
   if (refined_) {

@@ -27,10 +27,11 @@
 namespace weft {
 namespace {
 
-/// If fewer than this share of the pairs could be welded, they wait for the end of the frame; those
-/// that are fewer than half of the open ones, for the end of one in five, or of the last. Each time
-/// the model is made again.
+/// The model is made again each time that pairs are welded. If fewer than this share of all pairs
+/// could be, they wait for the end of the frame.
 constexpr double weld_share = 0.125;
+/// If fewer than this share of the open pairs could be welded then, they wait for the end of every
+/// fifth frame, or of the last. Not in runs until rest: any frame may be their last.
 constexpr double weld_share_of_open = 0.5;
 constexpr int frames_per_straggler = 5;
 
@@ -260,7 +261,9 @@ double LiveScene::sew(bool frame_ends, StepReport& report) {
 
 double LiveScene::weld_share_at_frame_end() {
   const int frame = frame_number();
-  if (frame % frames_per_straggler == 0 || frame >= scene_.time.frames) return 0;
+  if (frame % frames_per_straggler == 0 || frame >= scene_.time.frames ||
+      scene_.time.until == RunUntil::rest)
+    return 0;
   return weld_share_of_open * static_cast<double>(open_seam_pairs()) /
          static_cast<double>(sewing_.welded.size());
 }
@@ -269,9 +272,9 @@ template <class T>
 double LiveScene::sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report) {
   Store<T>& store = current->store;
   if (frame_ends) sewing_.refused.clear();
-  Welding<T> welding = weld_close_pairs(store, *current->implicit, sewing_,
-                                        frame_ends ? weld_share_at_frame_end() : weld_share,
-                                        report);
+  Welding<T> welding =
+      weld_close_pairs(store, *current->implicit, sewing_,
+                       frame_ends ? weld_share_at_frame_end() : weld_share, report);
   sewing_.refused = std::move(welding.refused);
   if (!welding.state) return 0;
   const double before = total(energy_of(store));

@@ -27,9 +27,7 @@ void RestCount::add_frame(Span<const Vec3<T>> velocities, double end, int frames
   for (std::size_t v = 0; v < velocities.size(); ++v) {
     if (!(length_sq(vec_cast<double>(velocities[v])) > moving_speed * moving_speed)) continue;
     // Jammed cloth trembles without going anywhere.
-    if (known && v < before_.size() &&
-        !(length_sq(vec_cast<double>(positions[v]) - before_[v]) > way * way))
-      continue;
+    if (known && !(length_sq(vec_cast<double>(positions[v]) - before_[v]) > way * way)) continue;
     ++moving;
   }
   const auto count = static_cast<double>(std::max<std::size_t>(velocities.size(), 1));

@@ -21,7 +21,7 @@ double unless_endless(double time) {
 template <class T>
 void RestCount::add_frame(Span<const Vec3<T>> velocities, double end, int frames,
                           Span<const Vec3<T>> positions) {
-  const bool known = before_.size() == positions.size() && end > before_time_;
+  const bool known = !positions.empty() && before_.size() == positions.size() && end > before_time_;
   const double way = moving_speed * (end - before_time_);
   std::size_t moving = 0;
   for (std::size_t v = 0; v < velocities.size(); ++v) {

@@ -18,7 +18,9 @@ class BodyGuard {
   /// @param body  [m] kept by reference; may have no triangles
   /// @param cloth triangles of the cloth
   /// @param x     [m] where its vertices are now
-  BodyGuard(const Mesh& body, std::vector<Tri> cloth, const std::vector<Vec3<double>>& x);
+  /// @param clearance [m] steps do not lead closer to the body than this
+  BodyGuard(const Mesh& body, std::vector<Tri> cloth, const std::vector<Vec3<double>>& x,
+            double clearance = 0);
 
   /// [vertices] 1: of a triangle that meets the body
   std::vector<unsigned char> vertices_within() const;
@@ -30,11 +32,13 @@ class BodyGuard {
 
  private:
   bool meets_body(const Tri& t, const std::vector<Vec3<double>>& x) const;
+  bool comes_close(const Tri& t, const std::vector<Vec3<double>>& x) const;
 
   std::vector<Tri> cloth_;
   std::vector<std::vector<Index>> triangles_of_;  ///< [vertices]
   std::vector<unsigned char> free_;               ///< [cloth triangles] 1: does not meet the body
   std::optional<SurfaceTree> body_;
+  double clearance_;
 };
 
 }  // namespace weft::io

@@ -30,7 +30,7 @@ json garment_scene(const GarmentSceneRequest& request) {
       {"description", request.description},
       {"time", {{"step", 0.01}, {"frame_rate", 25}, {"frames", 250}, {"until", "rest"}}},
       {"materials",
-       {{"cloth", {{"fabric", request.fabric}, {"damping", {{"mass", 4}, {"stiffness", 0.0005}}}}}}},
+       {{"cloth", {{"fabric", request.fabric}, {"damping", {{"mass", 4}, {"stiffness", 0.002}}}}}}},
       {"garments", std::move(garments)}};
   if (!request.body_file.empty())
     scene["obstacles"] = {{{"name", "body"}, {"mesh", request.body_file}, {"up", "y"}}};

@@ -27,6 +27,9 @@ constexpr double sweeps_most = 300;
 /// [m] Around triangles that begin within the body nothing moves: the shape there tells what came
 /// from where, and is lost once cloth around it is drawn tight.
 constexpr double held_distance = 0.05;
+/// [m] From the body, of cloth that is outside of it: what just misses it in double precision would
+/// meet it in single.
+constexpr double tight_clearance = 1e-5;
 /// [m] Steps are shorter than limbs are thick.
 constexpr double longest_step = 0.01;
 
@@ -167,24 +170,11 @@ void sew_in_plane(Garment& garment, const std::vector<Vec3<double>>& met, int sw
   }
 }
 
-}  // namespace
-
-void relax_start(Garment& garment, double edge, const Mesh& body) {
-  relax_start(garment, edge, body, InnerLayers(body));
-}
-
-void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLayers& inner) {
-  clear_arms(garment, body);
-  inner.stand_outside(garment);
+/// Contracts a sewn garment outside of surfaces; what begins within them stays.
+void contract_outside(Garment& garment, const std::vector<Index>& same, std::vector<Tri> cloth,
+                      double edge, const Mesh& within, double clearance) {
   std::vector<Vec3<double>>& x = garment.mesh.positions;
-  const std::vector<Index> same = sewn_vertices(garment);
-  sew_in_plane(garment, meeting_places(x, same), sweep_count(edge));
-  std::vector<Tri> cloth = garment.mesh.triangles;
-  for (Tri& t : cloth)
-    for (Index& v : t.v) v = same[at(v)];
-  inner.lift(cloth, x);
-  const Mesh within = joined(body, inner.mesh());
-  BodyGuard guard(within, std::move(cloth), x);
+  BodyGuard guard(within, std::move(cloth), x, clearance);
   std::vector<Thread> threads = sewn_edges(garment.mesh, same);
   const std::vector<unsigned char> held = widened(
       guard.vertices_within(), threads, static_cast<int>(std::lround(held_distance / edge)));
@@ -202,6 +192,34 @@ void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLay
     guard.guard(before, x);
   }
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[at(same[v])];
+}
+
+}  // namespace
+
+void relax_start(Garment& garment, double edge, const Mesh& body) {
+  relax_start(garment, edge, body, InnerLayers(body));
+}
+
+void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLayers& inner) {
+  clear_arms(garment, body);
+  inner.stand_outside(garment);
+  std::vector<Vec3<double>>& x = garment.mesh.positions;
+  const std::vector<Index> same = sewn_vertices(garment);
+  sew_in_plane(garment, meeting_places(x, same), sweep_count(edge));
+  std::vector<Tri> cloth = garment.mesh.triangles;
+  for (Tri& t : cloth)
+    for (Index& v : t.v) v = same[at(v)];
+  inner.lift(cloth, x);
+  contract_outside(garment, same, std::move(cloth), edge, joined(body, inner.mesh()), 0);
+}
+
+void tighten_start(Garment& garment, double edge, const Mesh& body, const InnerLayers& inner) {
+  const std::vector<Index> same = sewn_vertices(garment);
+  std::vector<Tri> cloth = garment.mesh.triangles;
+  for (Tri& t : cloth)
+    for (Index& v : t.v) v = same[at(v)];
+  contract_outside(garment, same, std::move(cloth), edge, joined(body, inner.mesh()),
+                   tight_clearance);
 }
 
 void refuse_far_panels(const Garment& garment, const Mesh& body, const std::string& file) {

@@ -20,6 +20,10 @@ void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLay
 /// The same without inner layers.
 void relax_start(Garment& garment, double edge, const Mesh& body);
 
+/// Contracts a sewn garment once more, after what began within the body or within inner layers has
+/// been moved out: relax_start() leaves cloth there as long as seams have drawn it.
+void tighten_start(Garment& garment, double edge, const Mesh& body, const InnerLayers& inner);
+
 /// @param body [m] y up; empty: nothing is refused
 /// @param file of the pattern, for messages
 /// @throws SceneError naming a panel that stands farther than most_panel_distance from the body's

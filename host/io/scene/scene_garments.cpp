@@ -185,7 +185,8 @@ void take_to_places(GarmentCloth& entry) {
 
 /// Moves a garment out of the body and what is worn beneath it, which stay. What cannot be resolved
 /// is left to the start of the run, which moves all garments.
-void clear_alone(GarmentCloth& entry, const std::vector<const GarmentCloth*>& beneath,
+/// @return whether it could be
+bool clear_alone(GarmentCloth& entry, const std::vector<const GarmentCloth*>& beneath,
                  const Scene& scene) {
   Scene alone;
   alone.file = scene.file;
@@ -206,10 +207,11 @@ void clear_alone(GarmentCloth& entry, const std::vector<const GarmentCloth*>& be
   try {
     untangle_start(alone, std::vector<unsigned char>(seam_pairs(alone).size(), 1));
   } catch (const TangledStart&) {
-    return;
+    return false;
   }
   for (std::size_t v = 0; v < x.size(); ++v)
     entry.garment.mesh.positions[v] = {x[v][0], x[v][2], -x[v][1]};
+  return true;
 }
 
 }  // namespace
@@ -283,7 +285,11 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
       standing.stand_outside(apart[order[k]]);
     }
     relax_start(entry.garment, entry.edge, body, inner);
-    if (layered) clear_alone(entry, beneath, scene);
+    if (layered || entry.start != SewnStart::springs) {
+      if (clear_alone(entry, beneath, scene)) tighten_start(entry.garment, entry.edge, body, inner);
+      // Cloth may lie on itself where it has contracted, and outer layers start from here.
+      if (layered) clear_alone(entry, beneath, scene);
+    }
     beside.push_back(&entry);
   }
   for (std::size_t k = 0; k < garments.size(); ++k) {

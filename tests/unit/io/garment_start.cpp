@@ -16,6 +16,7 @@
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "weft/core/at.hpp"
+#include "weft/elements/distance.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
 
@@ -164,6 +165,35 @@ TEST(RelaxStart, ClothFollowsSeamsOfPanelsThatOverlap) {
   ASSERT_EQ(part.name, "left");
   for (Index v = 0; v < part.vertex_count; ++v)
     EXPECT_GT(legs.mesh.positions[at(part.first_vertex + v)][0], -0.015) << v;  // an edge
+}
+
+/// A tube that is far too narrow for its body contracts onto it, but no nearer than single
+/// precision resolves.
+TEST(TightenStart, ContractsOutsideOfTheBody) {
+  Mesh body;
+  add_ball(body, {0.12, 0.5, 0.1}, 0, {0, 0.4, 0});
+  Garment narrow = tube(12, 20, 60, 15, 0.02);
+  for (Vec3<double>& x : narrow.mesh.positions) x[0] *= 1.5;
+  const Vec3<double> before = narrow.mesh.positions[0];
+  relax_start(narrow, 0.02, body);
+  ASSERT_EQ(meeting(narrow.mesh, body), 0);
+  EXPECT_FALSE(narrow.mesh.positions[0] == before);
+  const double stretch = largest_stretch(narrow);
+  for (int k = 0; k < 3; ++k) tighten_start(narrow, 0.02, body, InnerLayers(body));
+  EXPECT_LE(largest_stretch(narrow), stretch);
+  double nearest = 1;
+  for (const Tri& t : narrow.mesh.triangles)
+    for (const Tri& u : body.triangles) {
+      const Corners p = corners_of(narrow.mesh, t), q = corners_of(body, u);
+      if (plainly_apart(p, q, 1e-2)) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3<double> x[4]{p[k], q[0], q[1], q[2]}, y[4]{q[k], p[0], p[1], p[2]};
+        nearest =
+            std::min({nearest, vertex_triangle(x).distance_sq, vertex_triangle(y).distance_sq});
+      }
+    }
+  EXPECT_LT(std::sqrt(nearest), 5e-3);
+  EXPECT_GE(std::sqrt(nearest), 0.99e-5);
 }
 
 TEST(RefuseFarPanels, NamesThePanelAndItsDistance) {

@@ -170,6 +170,13 @@ void sew_in_plane(Garment& garment, const std::vector<Vec3<double>>& met, int sw
   }
 }
 
+/// Triangles of a sewn garment, by the vertices that stand for those sewn to them.
+std::vector<Tri> sewn_triangles(std::vector<Tri> triangles, const std::vector<Index>& same) {
+  for (Tri& t : triangles)
+    for (Index& v : t.v) v = same[at(v)];
+  return triangles;
+}
+
 /// Contracts a sewn garment outside of surfaces; what begins within them stays.
 void contract_outside(Garment& garment, const std::vector<Index>& same, std::vector<Tri> cloth,
                       double edge, const Mesh& within, double clearance) {
@@ -206,20 +213,15 @@ void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLay
   std::vector<Vec3<double>>& x = garment.mesh.positions;
   const std::vector<Index> same = sewn_vertices(garment);
   sew_in_plane(garment, meeting_places(x, same), sweep_count(edge));
-  std::vector<Tri> cloth = garment.mesh.triangles;
-  for (Tri& t : cloth)
-    for (Index& v : t.v) v = same[at(v)];
+  std::vector<Tri> cloth = sewn_triangles(garment.mesh.triangles, same);
   inner.lift(cloth, x);
   contract_outside(garment, same, std::move(cloth), edge, joined(body, inner.mesh()), 0);
 }
 
 void tighten_start(Garment& garment, double edge, const Mesh& body, const InnerLayers& inner) {
   const std::vector<Index> same = sewn_vertices(garment);
-  std::vector<Tri> cloth = garment.mesh.triangles;
-  for (Tri& t : cloth)
-    for (Index& v : t.v) v = same[at(v)];
-  contract_outside(garment, same, std::move(cloth), edge, joined(body, inner.mesh()),
-                   tight_clearance);
+  contract_outside(garment, same, sewn_triangles(garment.mesh.triangles, same), edge,
+                   joined(body, inner.mesh()), tight_clearance);
 }
 
 void refuse_far_panels(const Garment& garment, const Mesh& body, const std::string& file) {

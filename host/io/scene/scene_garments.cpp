@@ -183,15 +183,16 @@ void take_to_places(GarmentCloth& entry) {
   }
 }
 
-/// Moves a garment out of the body and what is worn beneath it, which stay. What cannot be resolved
-/// is left to the start of the run, which moves all garments.
+/// Moves a garment out of the body and what is worn beneath it, which stay, and of itself if
+/// `self`. What cannot be resolved is left to the start of the run, which moves all garments.
 /// @return whether it could be
 bool clear_alone(GarmentCloth& entry, const std::vector<const GarmentCloth*>& beneath,
-                 const Scene& scene) {
+                 const Scene& scene, bool self) {
   Scene alone;
   alone.file = scene.file;
   alone.materials = scene.materials;
   alone.contact = scene.contact;
+  alone.contact.self = alone.contact.self && self;
   alone.obstacles = scene.obstacles;
   for (const GarmentCloth* inner : beneath) {
     Obstacle obstacle;
@@ -286,9 +287,11 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
     }
     relax_start(entry.garment, entry.edge, body, inner);
     if (layered || entry.start != SewnStart::springs) {
-      if (clear_alone(entry, beneath, scene)) tighten_start(entry.garment, entry.edge, body, inner);
-      // Cloth may lie on itself where it has contracted, and outer layers start from here.
-      if (layered) clear_alone(entry, beneath, scene);
+      // Where cloth runs through itself is seen to once it has contracted, which moves all of it.
+      if (clear_alone(entry, beneath, scene, false))
+        tighten_start(entry.garment, entry.edge, body, inner);
+      // Outer layers start from here.
+      if (layered) clear_alone(entry, beneath, scene, true);
     }
     beside.push_back(&entry);
   }

@@ -140,7 +140,8 @@ def without_folder(word):
 def run_words(arguments, scene, seed, folder):
     words = [arguments.program, "run", str(arguments.scenes / f"{scene}.json"), "-o",
              str(folder), "--no-preview", "--device", "cpu:1",
-             "--set", f"jitter.amplitude={arguments.amplitude:g}", "--set", f"jitter.seed={seed}"]
+             "--set", f"jitter.amplitude={arguments.amplitude:g}",
+             "--experimental", f"jitter.seed={seed}"]
     for override in arguments.set:
         words += ["--set", override]
     return words + (["--frames", str(arguments.frames)] if arguments.frames else [])

@@ -130,8 +130,8 @@ def scene(name, triangles, take):
         **parts,
         "contact": {"thickness": 0.001, "friction": 0.1},
         "precision": "float",
-        "solver": {"tolerance": 0.01, "max_iterations": 500},
-        "experimental": {"solver.preconditioner": "block_jacobi"},
+        "solver": {"tolerance": 0.01},
+        "experimental": {"solver.max_iterations": 500, "solver.preconditioner": "block_jacobi"},
         "output": {"format": "ply", "checkpoint_every": 100000},
     }
 

@@ -14,10 +14,8 @@ namespace weft::bench {
 /// @throws SceneError as io::read_scene_file() does
 inline io::SceneFile read_scene_file(const std::filesystem::path& path,
                                      const std::vector<std::string>& settings) {
-  std::vector<std::string> keys, experimental;
-  for (const std::string& text : settings)
-    (io::is_experimental(text.substr(0, text.find('='))) ? experimental : keys).push_back(text);
-  return io::read_scene_file(path, keys, {}, experimental);
+  const io::Settings split = io::split_settings(settings);
+  return io::read_scene_file(path, split.keys, {}, split.experimental);
 }
 
 }  // namespace weft::bench

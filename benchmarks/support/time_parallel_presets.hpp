@@ -21,8 +21,8 @@ struct Preset {
 inline Preset arcsim_preset(const std::string& scene, const std::string& criteria, double step) {
   return {scene,
           {"method.time_parallel.method=adaptive", "method.time_parallel.coarse_mesh=adaptive",
-           "method.time_parallel.coarse_newton_iterations=1",
-           "cloths.0.remeshing={\"aspect_min\": 0.2, " + criteria + "}",
+           "method.time_parallel.coarse_newton_iterations=1", "remeshing={" + criteria + "}",
+           "remeshing.aspect_min=0.2",
            fmt::format("time={{\"step\": {}, \"frame_rate\": 25, \"frames\": 500}}", step)},
           true};
 }
@@ -56,8 +56,8 @@ inline const std::map<std::string, Preset> presets{
        "time={\"step\": 0.005, \"frame_rate\": 25, \"frames\": 500}"}}},
     {"karate",
      {"dancer_skirt",
-      {"triangles=58000", "obstacles.0.capture.edge=0.02",
-       "method.time_parallel.coarse_thickness=5", "method.time_parallel.coarse_newton_iterations=1",
+      {"triangles=58000", "method.time_parallel.coarse_thickness=5",
+       "method.time_parallel.coarse_newton_iterations=1",
        "time={\"step\": 0.005, \"frame_rate\": 25, \"frames\": 500}"}}},
     {"twisting",
      {"twist",

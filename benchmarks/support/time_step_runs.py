@@ -113,10 +113,10 @@ JITTER_M = 1e-5
 def starts(arguments, scene, sets, frames=None, experimental=()):
     """A run from each jittered start, to be removed by the caller; fails if one does."""
     for seed in range(1, STARTS + 1):
-        jitter = [f"jitter.amplitude={JITTER_M}", f"jitter.seed={seed}"]
-        run = Run(arguments, scene, sets + jitter, frames, experimental)
+        moved = sets + [f"jitter.amplitude={JITTER_M}"]
+        run = Run(arguments, scene, moved, frames, [*experimental, f"jitter.seed={seed}"])
         if run.exit_code != 0:
-            raise BadInput(f"{scene.stem} with {', '.join(sets + jitter)}: {run.message}")
+            raise BadInput(f"{scene.stem} with {', '.join(moved)}, start {seed}: {run.message}")
         yield run
         run.remove()
 

@@ -64,7 +64,6 @@ inline constexpr Quantity acceleration{"an acceleration", "m/s^2", -1e6, 1e6};
 inline constexpr Quantity area_density{"a mass per area", "kg/m^2", 1e-9, 1e9};
 inline constexpr Quantity air_density{"a density", "kg/m^3", 1e-9, 1e6, true};
 inline constexpr Quantity drag{"a drag", "kg/(m^2 s)", 1e-9, 1e9, true};
-inline constexpr Quantity modulus{"a modulus", "Pa", 1, 1e15};
 inline constexpr Quantity stiffness{"a stiffness", "N/m", 1e-9, 1e12};
 /// Of a single spring: one that holds a small sheet is soft.
 inline constexpr Quantity spring{"a stiffness", "N/m", 1e-15, 1e12};

@@ -94,7 +94,7 @@ TEST_F(CommandLine, WhatIsNotKnownIsNotMet) {
 TEST_F(CommandLine, ARunThatFailsMeetsNothing) {
   EXPECT_EQ(run("a", {"--frames", "1", "--need", "intersections=0"}), 0) << err_;
   ASSERT_TRUE(fs::exists(at("a/need.json")));
-  EXPECT_EQ(run("a", {"--frames", "1", "--need", "intersections=0", "--set",
+  EXPECT_EQ(run("a", {"--frames", "1", "--need", "intersections=0", "--experimental",
                       "solver.max_iterations=1", "--set", "solver.tolerance=1e-12",
                       "--experimental", "contact.substep_bisections=0"}),
             4)

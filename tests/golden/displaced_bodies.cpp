@@ -171,7 +171,9 @@ TEST_F(DisplacedBodies, RoundingErrorsAreNone) {
 }
 
 TEST_F(DisplacedBodies, AFailureWithoutAPlaceIsNotDrawn) {
-  EXPECT_EQ(press("a", {"--set", "solver.max_iterations=1", "--set", "solver.tolerance=1e-6"}), 4)
+  EXPECT_EQ(
+      press("a", {"--experimental", "solver.max_iterations=1", "--set", "solver.tolerance=1e-6"}),
+      4)
       << out_ << err_;
   EXPECT_EQ(err_.find("picture"), std::string::npos) << err_;
   EXPECT_FALSE(report("a").contains("failure_place"));

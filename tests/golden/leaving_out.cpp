@@ -171,8 +171,8 @@ TEST_P(SlowSleepingScenes, StayCleanWithinTheBound) {
   double farthest = 0;
   for (const char* seed : {"1", "2", "3"}) {
     const std::string name = std::string("jittered_") + seed;
-    std::vector<std::string> jittered =
-        with(awake, {"jitter.amplitude=0.0001", std::string("jitter.seed=") + seed});
+    std::vector<std::string> jittered = with(awake, {"jitter.amplitude=0.0001"});
+    jittered.insert(jittered.end(), {"--experimental", std::string("jitter.seed=") + seed});
     jittered[6] = name;
     ASSERT_EQ(weft(jittered), 0) << err_;
     farthest = std::max(farthest, distance("awake", name));

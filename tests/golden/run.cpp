@@ -255,7 +255,8 @@ TEST_F(ExitCodes, MissingDevice) {
 
 TEST_F(ExitCodes, SimulationFails) {
   // One iteration cannot reach this tolerance, however short the step.
-  EXPECT_EQ(run("a", {"--set", "solver.max_iterations=1", "--set", "solver.tolerance=1e-6"}), 4)
+  EXPECT_EQ(
+      run("a", {"--experimental", "solver.max_iterations=1", "--set", "solver.tolerance=1e-6"}), 4)
       << out_ << err_;
   EXPECT_EQ(line_count(err_), 1) << err_;
   EXPECT_NE(err_.find("not converged"), std::string::npos) << err_;

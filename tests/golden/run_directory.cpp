@@ -323,7 +323,8 @@ TEST_F(RunDirectoryTest, PipesAreNeverWaitedFor) {
 
 TEST_F(RunDirectoryTest, AFailedStepLeavesNoFrame) {
   // Free fall converges at once; the solver cannot once the sheet touches the ball.
-  EXPECT_EQ(run("a", {"--set", "solver.max_iterations=1", "--set", "solver.tolerance=1e-6"}), 4)
+  EXPECT_EQ(
+      run("a", {"--experimental", "solver.max_iterations=1", "--set", "solver.tolerance=1e-6"}), 4)
       << out_ << err_;
   const auto steps = report("a")["steps"].get<int>();
   int frames = -1;

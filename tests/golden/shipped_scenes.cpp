@@ -147,7 +147,7 @@ TEST_P(SlowJitteredScenes, TenStarts) {
                                        "--no-preview",
                                        "--set",
                                        "jitter.amplitude=1e-4",
-                                       "--set",
+                                       "--experimental",
                                        "jitter.seed=" + std::to_string(seed)};
     const std::vector<std::string> overrides = small(GetParam());
     arguments.insert(arguments.end(), overrides.begin(), overrides.end());

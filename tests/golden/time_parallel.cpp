@@ -223,8 +223,7 @@ TEST_F(TimeParallelScenes, SphereOfArcsim) {
 TEST_F(TimeParallelScenes, SlowDressOfArcsim) {
   const std::string scene = arcsim_path("dress-blue");
   if (scene.empty()) GTEST_SKIP() << "WEFT_TEST_DATA holds no arcsim/conf/dress-blue.json";
-  run_clean(scene, {"method.time_parallel.method=adaptive", "cloths.0.remeshing.size=[0.02, 0.2]"},
-            12);
+  run_clean(scene, {"method.time_parallel.method=adaptive", "remeshing.size=[0.02, 0.2]"}, 12);
 }
 
 /// `mpirun -n RANKS weft run small.json ...`

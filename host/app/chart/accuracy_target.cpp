@@ -114,17 +114,21 @@ std::vector<std::string> base_overrides(const RunRequest& request) {
 AccuracyTargetRun::AccuracyTargetRun(const RunRequest& request, AccuracyTarget target,
                                      std::vector<std::string> overrides)
     : request_(request), target_(target) {
-  std::vector<std::string> all = base_overrides(request);
+  io::Settings of_point = io::split_settings(overrides);
+  std::vector<std::string> keys = base_overrides(request), all = keys;
+  keys.insert(keys.end(), of_point.keys.begin(), of_point.keys.end());
+  std::vector<std::string>& hidden = of_point.experimental;
+  hidden.insert(hidden.begin(), request.experimental.begin(), request.experimental.end());
   all.insert(all.end(), overrides.begin(), overrides.end());
-  const Scene scene = with_fixed_steps(
-      io::read_scene(request.scene, all, request.allowed, request.experimental), "--need");
+  const Scene scene =
+      with_fixed_steps(io::read_scene(request.scene, keys, request.allowed, hidden), "--need");
   for (const std::string& text : overrides)
     if (is_model_switch(text)) model_.push_back(text);
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
   first_ = {std::move(all), scene.time.step, static_cast<double>(triangles)};
-  other_meshes_ = takes_triangles(request.scene, first_.overrides, request.allowed,
-                                  request.experimental, std::max(100.0, first_.triangles));
+  other_meshes_ = takes_triangles(request.scene, std::move(keys), request.allowed, hidden,
+                                  std::max(100.0, first_.triangles));
   bdf2_ = scene.integrator == Integrator::bdf2;
   frames_ = scene.time.frames;
   output_ = output_folder(request.output, scene.name);
@@ -148,7 +152,8 @@ fs::path AccuracyTargetRun::run(const std::string& name, const Trial& trial) {
   if (!request_.device.empty()) words.insert(words.end(), {"--device", request_.device});
   // The child writes into a log, where it cannot see a terminal.
   words.push_back(draws_preview(request_) ? "--preview" : "--no-preview");
-  for (const std::string& text : trial.overrides) words.insert(words.end(), {"--set", text});
+  const std::vector<std::string> settings = setting_words(trial.overrides);
+  words.insert(words.end(), settings.begin(), settings.end());
   words.insert(words.end(), {"--set", fmt::format("time.step={:.17g}", trial.step)});
   if (trial.triangles != first_.triangles)
     words.insert(words.end(), {"--set", fmt::format("triangles={:.0f}", trial.triangles)});

@@ -193,11 +193,10 @@ std::vector<std::string> ChartRuns::arguments(const std::string& device,
   const std::vector<std::string> experimental = experimental_words(request_.experimental);
   words.insert(words.end(), experimental.begin(), experimental.end());
   if (!request_.frames.empty()) words.insert(words.end(), {"--frames", request_.frames});
-  for (const auto* list : {&request_.overrides, &overrides})
-    for (const std::string& text : *list)
-      words.insert(
-          words.end(),
-          {io::is_experimental(text.substr(0, text.find('='))) ? "--experimental" : "--set", text});
+  for (const auto* list : {&request_.overrides, &overrides}) {
+    const std::vector<std::string> settings = setting_words(*list);
+    words.insert(words.end(), settings.begin(), settings.end());
+  }
   return words;
 }
 

@@ -110,8 +110,9 @@ std::vector<Probe> probe_all(const Scene& scene, const DeviceChoice& choice, dou
 
 void print_stages(const std::vector<lab::StagePlan>& stages) {
   for (const lab::StagePlan& s : stages)
-    fmt::print("{:<29} {:<13} {}{}\n", s.stage, describe(s.verdict), s.why,
-               s.setting.empty() ? "" : "; --set " + s.setting);
+    fmt::print(
+        "{:<29} {:<13} {}{}\n", s.stage, describe(s.verdict), s.why,
+        s.setting.empty() ? "" : fmt::format("; {}", fmt::join(setting_words({s.setting}), " ")));
 }
 
 void print_probes(const Scene& scene, const std::vector<Probe>& probes) {
@@ -292,7 +293,7 @@ void make_plan(const PlanRequest& request) {
   for (const lab::StagePlan& s : stages)
     if ((s.verdict == lab::Verdict::left_out || s.verdict == lab::Verdict::in_need) &&
         !s.setting.empty())
-      words.insert(words.end(), {"--set", s.setting});
+      for (std::string& word : setting_words({s.setting})) words.push_back(std::move(word));
   const bool same = std::none_of(stages.begin(), stages.end(), [](const lab::StagePlan& s) {
     return s.verdict == lab::Verdict::in_need;
   });

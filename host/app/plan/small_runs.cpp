@@ -34,7 +34,8 @@ const SmallRuns::Run& SmallRuns::run(double triangles, const std::vector<std::st
   for (const std::string& text : overrides_) words.insert(words.end(), {"--set", text});
   if (triangles > 0)
     words.insert(words.end(), {"--set", fmt::format("triangles={:.0f}", triangles)});
-  for (const std::string& text : settings) words.insert(words.end(), {"--set", text});
+  const std::vector<std::string> set = setting_words(settings);
+  words.insert(words.end(), set.begin(), set.end());
   const auto found = done_.find(words);
   if (found != done_.end()) return found->second;
   Run& made = done_[words];

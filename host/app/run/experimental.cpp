@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "host/io/scene/scene_file.hpp"
+
 namespace weft::app {
 
 void add_experimental(CLI::App& subcommand, std::vector<std::string>& values) {
@@ -15,6 +17,15 @@ void add_experimental(CLI::App& subcommand, std::vector<std::string>& values) {
 std::vector<std::string> experimental_words(const std::vector<std::string>& values) {
   std::vector<std::string> words;
   for (const std::string& text : values) words.insert(words.end(), {"--experimental", text});
+  return words;
+}
+
+std::vector<std::string> setting_words(const std::vector<std::string>& values) {
+  std::vector<std::string> words;
+  for (const std::string& text : values) {
+    const bool hidden = io::is_experimental(text.substr(0, text.find('=')));
+    words.insert(words.end(), {hidden ? "--experimental" : "--set", text});
+  }
   return words;
 }
 

@@ -62,7 +62,7 @@ class Translator {
     read_obstacles();
     read_handles();
     read_disabled();
-    if (adaptive_) set_adaptive();
+    if (!remeshed_.empty()) set_adaptive();
     if (has_entries("morphs")) warn("morphs", "morph targets do not pull the cloth");
     return {std::move(scene_), std::move(warnings_)};
   }
@@ -235,8 +235,7 @@ class Translator {
         if (json block = read_arcsim_remeshing(fields); block.is_null())
           warn("cloths[].remeshing", "without size the mesh stays as it is in the file");
         else
-          entry["remeshing"] = std::move(block);
-        adaptive_ = adaptive_ || entry.contains("remeshing");
+          remeshed_.push_back(std::move(block));
       }
       scene_["cloths"].push_back(std::move(entry));
       cloths_.push_back(std::move(cloth));
@@ -441,13 +440,21 @@ class Translator {
             {"axis1", vector_json(fields.vector<3>("axis1"))}};
   }
 
-  /// In ARCSim cloths without a block are not remeshed.
+  /// In ARCSim each cloth has its own criteria, and cloths without a block are not remeshed.
   void set_adaptive() {
-    for (const json& cloth : scene_["cloths"])
-      if (!cloth.contains("remeshing"))
-        warn("cloths[].remeshing", "missing beside others; its mesh adapts as the default says");
+    json criteria = remeshed_.front();
+    if (remeshed_.size() < cloths_.size())
+      warn("cloths[].remeshing", "missing beside others; its mesh adapts as theirs do");
+    for (const json& other : remeshed_)
+      if (other != criteria)
+        warn("cloths[].remeshing",
+             "not that of the first cloth that has one, which counts for all");
+    scene_["experimental"] = {{"remeshing.aspect_min", criteria.at("aspect_min")}};
+    criteria.erase("aspect_min");
+    scene_["remeshing"] = std::move(criteria);
+    if (!remeshes_) return;
     scene_["method"] = {{"type", "adaptive"}};
-    if (flip_threshold_) scene_["experimental"] = {{"remeshing.flip_threshold", *flip_threshold_}};
+    if (flip_threshold_) scene_["experimental"]["remeshing.flip_threshold"] = *flip_threshold_;
   }
 
   void read_disabled() {
@@ -456,7 +463,7 @@ class Translator {
                                          "remeshing", "separation", "popfilter",      "plasticity"};
     for (const std::size_t k : root_.choices("disable", known)) {
       if (k == 0 || k == 1 || k == 3) warn("disable " + known[k], "cannot be left out");
-      if (k == 4) adaptive_ = false;
+      if (k == 4) remeshes_ = false;
     }
   }
 
@@ -472,7 +479,8 @@ class Translator {
   std::vector<ClothFile> cloths_;
   double handle_stiffness_ = 1e3;
   std::optional<double> flip_threshold_;  ///< if the file gives one
-  bool adaptive_ = false;                 ///< some cloth is remeshed
+  std::vector<json> remeshed_;            ///< criteria of each cloth that has some
+  bool remeshes_ = true;                  ///< unless disabled
 };
 
 }  // namespace

@@ -164,22 +164,38 @@ std::optional<std::string> renamed_key(const std::string& path) {
   return found == renamed.end() ? std::nullopt : std::optional(found->second);
 }
 
+/// A path without the name of a material: materials.silk.density -> materials.density
+std::string without_material(std::string path) {
+  constexpr std::string_view list = "materials.";
+  if (path.starts_with(list)) path.erase(list.size(), path.rfind('.') + 1 - list.size());
+  return path;
+}
+
 /// What to do about a key of version 0.1 that is gone. One version long.
 std::optional<std::string> removed_key(const std::string& path) {
   static const std::map<std::string, std::string> removed{
       {"cloths.velocity_origin",
        "angular_velocity is about (0, 0, 0); subtract its cross product with this from velocity"},
+      {"cloths.remeshing", "remeshing of the scene, for all cloths"},
       {"contact.stiffness", "remove it; contacts choose their stiffness themselves"},
+      {"materials.thickness", "stretch_stiffness and bending_stiffness"},
+      {"materials.young_modulus",
+       "stretch_stiffness, which is young_modulus * thickness, and bending_stiffness, which is "
+       "young_modulus * thickness^3 / (12 (1 - poisson_ratio^2))"},
       {"method.asynchronous.tune_window", "remove it; windows changed no result"},
       {"method.time_parallel.clock", "remove it; slices are cut by counted work"},
       {"method.time_parallel.track", "remove it; only recovery follows the coarse run"},
+      {"obstacles.capture.edge", "remove it; edges are as long as the cloths' cells"},
       {"obstacles.capture.scale", "units of the obstacle, or height"},
       {"obstacles.capture.up", "up of the obstacle"},
+      {"obstacles.compliance", "contact.compliance_distance, for all obstacles"},
+      {"obstacles.driven.origin",
+       "transform.translate of the obstacle, which the axis goes through"},
       {"obstacles.sequence.up", "up of the obstacle"},
       {"obstacles.skinned.scale", "units of the obstacle"},
       {"obstacles.skinned.up", "up of the obstacle"},
       {"seams.cloth", "cloths, with this name twice"}};
-  const auto found = removed.find(without_places(path));
+  const auto found = removed.find(without_material(without_places(path)));
   return found == removed.end() ? std::nullopt : std::optional(found->second);
 }
 

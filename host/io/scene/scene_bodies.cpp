@@ -154,16 +154,15 @@ double read_capture_scale(Fields& obstacle, Fields& fields, const Capture& captu
 
 void read_capture(Fields& obstacle_fields, const ReadableFolders& folders, double edge,
                   Obstacle& obstacle) {
-  Fields fields = obstacle_fields.object("capture", {"file", "height", "radius", "edge", "first",
-                                                     "last", "start_time", "speed", "loop"});
+  Fields fields = obstacle_fields.object(
+      "capture", {"file", "height", "radius", "first", "last", "start_time", "speed", "loop"});
   const std::filesystem::path path = read_path(fields, "file", folders);
   const Capture capture = read_bvh(path);
   CaptureBody body;
   body.y_up = read_y_up(obstacle_fields, body.y_up);
   body.scale = read_capture_scale(obstacle_fields, fields, capture, body.y_up);
   read_radii(fields, capture, body);
-  body.edge = fields.number("edge", quantity::length,
-                            std::clamp(edge, quantity::least_length, quantity::most_length));
+  body.edge = std::clamp(edge, quantity::least_length, quantity::most_length);
   const auto last = static_cast<std::int64_t>(capture.frame_count) - 1;
   body.first_frame = static_cast<std::size_t>(fields.integer("first", 0, 0, last));
   body.last_frame = static_cast<std::size_t>(

@@ -38,7 +38,6 @@ struct ClothEntry {
   bool rest_initial = false;  ///< it has no bending moments as it starts
   Mesh rest{};                ///< nor in this shape; empty: none
   std::string rest_file{};
-  std::optional<Remeshing> remeshing{};
 };
 
 /// Finds materials by name without a walk through all of them.
@@ -145,7 +144,6 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& n
   const Vec3<double> none{0, 0, 0};
   entry.velocity = fields.vector<3>("velocity", quantity::velocity, none);
   entry.angular_velocity = fields.vector<3>("angular_velocity", quantity::angular_velocity, none);
-  if (fields.has("remeshing")) entry.remeshing = read_remeshing(fields, scene.adaptive.remeshing);
   Fields copies = fields.object("copies", {"count", "translate", "rotate"});
   entry.copies.count = static_cast<Index>(copies.integer("count", 1, 1, 10000));
   entry.copies.step.translate = copies.vector<3>("translate", quantity::coordinate, none);
@@ -204,7 +202,6 @@ void add_cloths(ClothEntry& entry, Scene& scene) {
     cloth.pressure = entry.pressure;
     cloth.velocity = entry.velocity;
     cloth.angular_velocity = entry.angular_velocity;
-    cloth.remeshing = entry.remeshing;
     place_copy(mesh, centre, entry.copies, k, cloth.mesh);
     cloth.rest_positions = entry.rest_initial ? cloth.mesh.positions : entry.rest.positions;
     scene.cloths.push_back(std::move(cloth));
@@ -235,7 +232,7 @@ std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders
       "name",   "grid",     "panel",    "disc",  "cylinder", "ribbon",
       "mesh",   "repair",   "uv",       "units", "up",       "transform",
       "fabric", "material", "pressure", "rest",  "velocity", "angular_velocity",
-      "copies", "remeshing"};
+      "copies"};
   for (Fields& fields : root.objects("cloths", keys)) {
     entries.push_back(read_entry(fields, entries.size(), materials, folders, usual, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);

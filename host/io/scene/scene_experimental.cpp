@@ -33,23 +33,30 @@ constexpr const char* stiffness_path = "contact.stiffness";
 
 /// Read where the other keys of their object are, once read_experimental() has put them there.
 constexpr const char* hidden_paths[] = {
+    "bending",
     "contact.self_certificate",
     "contact.substep_bisections",
     "contact.zone_rounds",
+    "jitter.seed",
     "method.asynchronous.layers",
     "method.asynchronous.narrow",
     "method.asynchronous.optimistic",
+    "method.asynchronous.restitution",
     "method.asynchronous.rollbacks",
     "method.asynchronous.smallest_step",
+    "method.asynchronous.stiffness",
     "method.asynchronous.window",
     "method.implicit.sleep_window",
+    "method.time_parallel.blend_frames",
     "method.time_parallel.boundary_tolerance",
     "method.time_parallel.coarse_integrator",
     "method.time_parallel.coarse_mesh",
     "method.time_parallel.coarse_newton_iterations",
     "method.time_parallel.coarse_newton_tolerance",
+    "method.time_parallel.coarse_step",
     "method.time_parallel.coarse_thickness",
     "method.time_parallel.coarse_tolerance",
+    "method.time_parallel.coarsening",
     "method.time_parallel.partition",
     "method.time_parallel.ratio",
     "method.time_parallel.recovery.factor",
@@ -63,9 +70,14 @@ constexpr const char* hidden_paths[] = {
     "method.view.pixel_min",
     "method.view.predict_obstacles",
     "method.view.transfer_threshold",
+    "model.bending",
+    "model.friction",
+    "model.obstacle_motion",
+    "remeshing.aspect_min",
     "remeshing.energy_share",
     "remeshing.flip_threshold",
     "solver.line_search",
+    "solver.max_iterations",
     "solver.newton_tolerance",
     "solver.partial_rows",
     "solver.preconditioner",
@@ -98,6 +110,14 @@ void put(nlohmann::json& document, const nlohmann::json::json_pointer& place,
 bool is_experimental(std::string_view path) {
   return path == stiffness_path || std::find(std::begin(hidden_paths), std::end(hidden_paths),
                                              path) != std::end(hidden_paths);
+}
+
+Settings split_settings(const std::vector<std::string>& settings) {
+  Settings split;
+  for (const std::string& text : settings)
+    (is_experimental(text.substr(0, text.find('='))) ? split.experimental : split.keys)
+        .push_back(text);
+  return split;
 }
 
 nlohmann::json read_experimental(nlohmann::json& document, Scene& scene) {

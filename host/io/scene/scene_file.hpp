@@ -37,6 +37,13 @@ SceneFile read_scene_file(const std::filesystem::path& path,
 /// Whether `--experimental` sets the path, which then is no key of scenes.
 bool is_experimental(std::string_view path);
 
+/// "path=value" each, as `--set` and as `--experimental` take them.
+struct Settings {
+  std::vector<std::string> keys;
+  std::vector<std::string> experimental;
+};
+Settings split_settings(const std::vector<std::string>& settings);
+
 /// read_scene_file().scene
 Scene read_scene(const std::filesystem::path& path, const std::vector<std::string>& overrides = {},
                  const std::vector<std::string>& allowed = {},

@@ -14,22 +14,6 @@ void refuse_beside(const Fields& fields, const std::string& key,
     if (fields.has(other)) fields.refuse(other, "a value that stands alone, without " + key);
 }
 
-void read_homogeneous(Fields& fields, Material& material) {
-  refuse_beside(
-      fields, fields.has("young_modulus") ? "young_modulus" : "thickness",
-      {"stretch_stiffness", "bending_stiffness", "orthotropic", "orthotropic_bending", "measured"});
-  const double young_modulus = fields.number("young_modulus", quantity::modulus);
-  const double thickness = fields.number("thickness", quantity::length);
-  material.orthotropic.reset();
-  material.orthotropic_bending.reset();
-  set_homogeneous(material, young_modulus, material.poisson_ratio, thickness);
-  // Named here, where the two numbers stand that the scene has.
-  if (!quantity::stiffness.holds(material.stretch_stiffness) ||
-      !quantity::bending.holds(material.bending_stiffness))
-    fields.refuse("thickness", "a thickness that makes " + quantity::stiffness.allowed() + " and " +
-                                   quantity::bending.allowed());
-}
-
 MeasuredStretch read_measured(Fields& fields) {
   Fields measured = fields.object("measured", {"form", "stretching"});
   MeasuredStretch result;
@@ -107,21 +91,16 @@ Material read_fabric(Fields& fields) {
 }
 
 Material read_material(Fields& list, const std::string& name) {
-  Fields fields =
-      list.object(name, {"fabric", "density", "stretch_stiffness", "poisson_ratio",
-                         "bending_stiffness", "young_modulus", "thickness", "orthotropic",
-                         "orthotropic_bending", "measured", "damping", "strain_limits"});
+  Fields fields = list.object(
+      name, {"fabric", "density", "stretch_stiffness", "poisson_ratio", "bending_stiffness",
+             "orthotropic", "orthotropic_bending", "measured", "damping", "strain_limits"});
   Material material = read_fabric(fields);
   material.name = name;
   material.density = fields.number("density", material.density);
   material.poisson_ratio =
       fields.number("poisson_ratio", quantity::poisson_ratio, material.poisson_ratio);
-  if (fields.has("young_modulus") || fields.has("thickness")) {
-    read_homogeneous(fields, material);
-  } else {
-    read_stretch(fields, material);
-    read_bending(fields, material);
-  }
+  read_stretch(fields, material);
+  read_bending(fields, material);
   record_fabric(fields, material);
   if (fields.has("strain_limits")) {
     const auto limits = fields.vector<2>("strain_limits");

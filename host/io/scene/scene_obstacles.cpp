@@ -193,10 +193,9 @@ void read_shape(Fields& fields, const ReadableFolders& folders, const FileAxes& 
 
 void read_driven(Fields& fields, Obstacle& obstacle) {
   if (!fields.has("driven")) return;
-  Fields driven =
-      fields.object("driven", {"origin", "axis", "inertia", "torque", "start_time", "end_time"});
+  Fields driven = fields.object("driven", {"axis", "inertia", "torque", "start_time", "end_time"});
   DrivenBody body;
-  body.origin = driven.vector<3>("origin", obstacle.transform.translate);
+  body.origin = obstacle.transform.translate;
   body.axis = driven.direction("axis", body.axis);
   body.inertia = driven.number("inertia", quantity::inertia);
   body.torque = driven.number("torque", body.torque);
@@ -212,8 +211,8 @@ void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, S
   double made = 0;  // triangles so far
   const FileAxes usual = read_file_axes(root, {});
   std::vector<std::string> keys = shape_keys();
-  keys.insert(keys.end(), {"name", "repair", "units", "up", "transform", "motion", "driven",
-                           "friction", "compliance"});
+  keys.insert(keys.end(),
+              {"name", "repair", "units", "up", "transform", "motion", "driven", "friction"});
   for (Fields& fields : root.objects("obstacles", keys)) {
     Obstacle obstacle;
     obstacle.name = fields.name("name", "obstacle_" + std::to_string(scene.obstacles.size()));
@@ -227,9 +226,6 @@ void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, S
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
     read_shape(fields, folders, usual, std::max(edge / start.scale, min_edge), scene, obstacle);
     obstacle.friction = fields.number("friction", obstacle.friction);
-    if (fields.has("compliance"))
-      obstacle.compliance =
-          fields.number_or_null("compliance").value_or(std::numeric_limits<double>::infinity());
     made += static_cast<double>(obstacle.mesh.triangles.size());
     if (made > max_made_triangles)
       root.refuse("obstacles", short_text(made) + " triangles",

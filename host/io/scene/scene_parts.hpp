@@ -72,9 +72,6 @@ void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::strin
 void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,
                    Scene& scene);
 
-/// remeshing of a cloth
-/// @param fallback what it does not say
-Remeshing read_remeshing(Fields& owner, const Remeshing& fallback);
 /// remeshing of the scene
 void read_adaptive(Fields& root, Scene& scene);
 std::vector<Material> read_materials(Fields& root);

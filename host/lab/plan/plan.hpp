@@ -23,7 +23,7 @@ struct StagePlan {
   std::string stage;
   Verdict verdict = Verdict::needed;
   std::string why;      ///< one line
-  std::string setting;  ///< suggested argument of --set; empty: none
+  std::string setting;  ///< suggested "path=value"; empty: none
   /// Argument of --set that turns the stage off; empty: none. If the stage is
   /// left out, this changes no bits.
   std::string off{};

@@ -8,19 +8,6 @@
 
 namespace weft {
 
-/// Sets stretch_stiffness, poisson_ratio and bending_stiffness to those of a homogeneous sheet.
-///   stretch = E h,  bending = E h^3 / (12 (1 - nu^2))
-/// @param young_modulus [Pa] > 0
-/// @param poisson_ratio (-1, 0.5]
-/// @param thickness     [m] > 0
-inline void set_homogeneous(Material& material, double young_modulus, double poisson_ratio,
-                            double thickness) {
-  material.stretch_stiffness = young_modulus * thickness;
-  material.poisson_ratio = poisson_ratio;
-  material.bending_stiffness = young_modulus * thickness * thickness * thickness /
-                               (12 * (1 - poisson_ratio * poisson_ratio));
-}
-
 /// Bending of a sheet whose threads differ, from what is usually measured: the stiffness along
 /// either kind of thread. The coupling is that of a homogeneous sheet, the twist Huber's estimate
 ///   D12 = nu weft,  D66 = (sqrt(warp weft) - D12) / 2

@@ -183,15 +183,39 @@ TEST_F(ArcsimTest, RemeshingMakesTheSceneAdaptive) {
   const std::string block = R"("remeshing": {"size": [0.1, 1], "refine_angle": 0.4},)";
   const Scene scene = read_scene(this->scene(R"(, "frame_time": 0.04, "end_frame": 3)", block));
   EXPECT_EQ(scene.method, "adaptive");
-  ASSERT_TRUE(scene.cloths[0].remeshing);
-  EXPECT_EQ(scene.cloths[0].remeshing->size_min, 0.1);
-  EXPECT_EQ(scene.cloths[0].remeshing->size_max, 1);
-  EXPECT_EQ(scene.cloths[0].remeshing->refine_angle, 0.4);
-  EXPECT_TRUE(std::isinf(scene.cloths[0].remeshing->refine_velocity));
-  EXPECT_EQ(scene.cloths[0].remeshing->aspect_min, 0);
+  EXPECT_EQ(scene.adaptive.remeshing.size_min, 0.1);
+  EXPECT_EQ(scene.adaptive.remeshing.size_max, 1);
+  EXPECT_EQ(scene.adaptive.remeshing.refine_angle, 0.4);
+  EXPECT_TRUE(std::isinf(scene.adaptive.remeshing.refine_velocity));
+  EXPECT_EQ(scene.adaptive.remeshing.aspect_min, 0);
   const Scene off = read_scene(
       this->scene(R"(, "frame_time": 0.04, "end_frame": 3, "disable": ["remeshing"])", block));
   EXPECT_EQ(off.method, "implicit");
+}
+
+TEST_F(ArcsimTest, CriteriaOfTheFirstClothCountForAll) {
+  const auto read = [this](const std::string& second) {
+    return read_scene(put("conf/two.json", R"({"frame_time": 0.04, "end_frame": 3, "cloths": [
+      {"mesh": "square.obj", "materials": [{"data": "paper.json"}, {"data": "paper.json"}],
+       "remeshing": {"size": [0.1, 1], "refine_angle": 0.4, "aspect_min": 0.25}},
+      {"mesh": "square.obj", "transform": {"translate": [0, 0, 1]},)" +
+                                               second +
+                                               R"("materials": [{"data": "paper.json"},
+                                                                {"data": "paper.json"}]}]})"));
+  };
+  const auto warned = [](const Scene& scene, const char* text) {
+    for (const std::string& warning : scene.warnings)
+      if (warning.find(text) != std::string::npos) return true;
+    return false;
+  };
+  const Scene same = read(R"("remeshing": {"size": [0.1, 1], "refine_angle": 0.4,
+                                           "aspect_min": 0.25},)");
+  EXPECT_FALSE(warned(same, "remeshing"));
+  EXPECT_EQ(same.adaptive.remeshing.aspect_min, 0.25);
+  const Scene other = read(R"("remeshing": {"size": [0.2, 1], "refine_angle": 0.3},)");
+  EXPECT_TRUE(warned(other, "counts for all"));
+  EXPECT_EQ(other.adaptive.remeshing.size_min, 0.1);
+  EXPECT_TRUE(warned(read(""), "missing beside others"));
 }
 
 TEST_F(ArcsimTest, ResolvedAndConvertedScenesAreScenesOfWeft) {

@@ -21,8 +21,9 @@ class SceneJitter : public testing::Test {
     })";
   }
 
-  Scene read(const std::vector<std::string>& overrides) const {
-    return io::read_scene(file_, overrides);
+  Scene read(const std::vector<std::string>& overrides,
+             const std::vector<std::string>& experimental = {}) const {
+    return io::read_scene(file_, overrides, {}, experimental);
   }
 
   const ScratchFolder folder_;
@@ -31,7 +32,7 @@ class SceneJitter : public testing::Test {
 
 TEST_F(SceneJitter, MovesEveryVertexByItsAmplitudeAtMost) {
   const Scene still = read({});
-  const Scene moved = read({"jitter.amplitude=0.01", "jitter.seed=3"});
+  const Scene moved = read({"jitter.amplitude=0.01"}, {"jitter.seed=3"});
   double largest = 0;
   std::size_t count = 0;
   for (std::size_t c = 0; c < still.cloths.size(); ++c)
@@ -53,18 +54,19 @@ TEST_F(SceneJitter, MovesEveryVertexByItsAmplitudeAtMost) {
 
 TEST_F(SceneJitter, TheSeedDecides) {
   const auto start = [this](const char* seed) {
-    return read({"jitter.amplitude=0.01", std::string("jitter.seed=") + seed})
+    return read({"jitter.amplitude=0.01"}, {std::string("jitter.seed=") + seed})
         .cloths[1]
         .mesh.positions;
   };
   EXPECT_EQ(start("1"), start("1"));
   EXPECT_NE(start("1"), start("2"));
-  EXPECT_EQ(read({}).cloths[1].mesh.positions, read({"jitter.seed=7"}).cloths[1].mesh.positions);
+  EXPECT_EQ(read({}).cloths[1].mesh.positions,
+            read({}, {"jitter.seed=7"}).cloths[1].mesh.positions);
 }
 
 TEST_F(SceneJitter, TheResolvedSceneHasIt) {
-  const auto resolved = io::resolved_scene_json(file_, {"jitter.seed=7"});
-  EXPECT_EQ(7, resolved["jitter"]["seed"]);
+  const auto resolved = io::read_scene_file(file_, {}, {}, {"jitter.seed=7"}).resolved;
+  EXPECT_EQ(7, resolved["experimental"]["jitter.seed"]);
   EXPECT_EQ(0, resolved["jitter"]["amplitude"]);
 }
 

@@ -29,15 +29,6 @@ class SceneMaterialsTest : public DirectoryTest {
   }
 };
 
-TEST_F(SceneMaterialsTest, HomogeneousSheet) {
-  const Material m =
-      material({{"young_modulus", 2e6}, {"thickness", 0.5e-3}, {"poisson_ratio", 0.25}});
-  EXPECT_NEAR(m.stretch_stiffness, 1000, 1e-9);
-  EXPECT_NEAR(m.bending_stiffness, 2e6 * 1.25e-10 / (12 * 0.9375), 1e-20);
-  EXPECT_EQ(m.poisson_ratio, 0.25);
-  EXPECT_FALSE(m.orthotropic);
-}
-
 TEST_F(SceneMaterialsTest, Threads) {
   const Material m = material(
       {{"orthotropic",
@@ -128,10 +119,6 @@ TEST_F(SceneMaterialsTest, KeysBesideAFabricReplaceItsOwn) {
   const Material limp = material({{"fabric", "denim"}, {"bending_stiffness", 1e-7}});
   EXPECT_TRUE(limp.orthotropic);
   EXPECT_FALSE(limp.orthotropic_bending);
-  const Material sheet =
-      material({{"fabric", "denim"}, {"young_modulus", 1e6}, {"thickness", 1e-3}});
-  EXPECT_FALSE(sheet.orthotropic || sheet.orthotropic_bending);
-  EXPECT_EQ(sheet.density, find_fabric("denim")->material.density);
   json rows = json::array();
   for (int i = 0; i < 6; ++i) rows.push_back({50, 8, 240, 3});
   const Material measured = material({{"fabric", "denim"}, {"measured", {{"stretching", rows}}}});

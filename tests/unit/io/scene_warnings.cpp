@@ -153,7 +153,6 @@ TEST_F(SceneWarningsTest, NullMayBeSetWhereASceneMaySayIt) {
   put_mesh(make_grid({1, 1}, {2, 2}, Diagonals::same));
   json scene = with_mesh();
   scene["cloths"][0]["name"] = "c";
-  scene["cloths"][0]["remeshing"] = {{"size", {0.1, 0.2}}, {"refine_angle", 0.2}};
   scene["remeshing"] = {{"size", {0.1, 0.2}}};
   scene["contact"] = {{"compliance_distance", 0.1}};
   scene["pins"] = {{{"cloth", "c"}, {"vertices", {0}}, {"release_time", 1}}};
@@ -161,16 +160,15 @@ TEST_F(SceneWarningsTest, NullMayBeSetWhereASceneMaySayIt) {
   std::vector<std::string> all;
   for (const char* path :
        {"contact.compliance_distance", "remeshing.size", "remeshing.refine_angle",
-        "remeshing.refine_compression", "remeshing.refine_velocity", "cloths.0.remeshing.size",
-        "cloths.0.remeshing.refine_angle", "cloths.0.remeshing.refine_compression",
-        "cloths.0.remeshing.refine_velocity", "pins.0.release_time", "handles.0.end_time"})
+        "remeshing.refine_compression", "remeshing.refine_velocity", "pins.0.release_time",
+        "handles.0.end_time"})
     all.push_back(path + std::string("=null"));
   const Scene read =
       read_scene(put("scene.json", scene.dump()), all, {}, {"remeshing.energy_share=null"});
   EXPECT_TRUE(std::isinf(read.contact.compliance_distance.value_or(0)));
   EXPECT_EQ(read.adaptive.remeshing.size_min, 0);
   EXPECT_TRUE(std::isinf(read.adaptive.energy_share));
-  EXPECT_TRUE(std::isinf(read.cloths[0].remeshing->refine_angle));
+  EXPECT_TRUE(std::isinf(read.adaptive.remeshing.refine_angle));
   EXPECT_TRUE(std::isinf(read.pins[0].release_time));
   EXPECT_TRUE(std::isinf(read.handles[0].end_time));
 }

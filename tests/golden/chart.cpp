@@ -266,7 +266,7 @@ TEST_F(Plan, LeavesOutBendingWithinTheNeedAlone) {
       << err_;
   EXPECT_NE(out_.find("within target"), std::string::npos) << out_;
   EXPECT_NE(out_.find("a result within the target for the least time"), std::string::npos) << out_;
-  EXPECT_NE(out_.find("--experimental model.bending=false"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("--set model.bending=false"), std::string::npos) << out_;
   // Held along one side, and stiff.
   Json stiff = Json::parse(falling_scene);
   stiff["materials"]["cotton"]["bending_stiffness"] = 0.01;
@@ -314,12 +314,12 @@ TEST_F(Plan, SaysWhichStepsTheSceneBears) {
 // What the plan leaves out by a setting changes no bit.
 TEST_F(Plan, LeavingOutChangesNothing) {
   ASSERT_EQ(weft({"plan", "falling.json", "--probe", "0", "--set", "contact.self=false"}), 0);
-  EXPECT_NE(out_.find("--experimental model.friction=false"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("--set model.friction=false"), std::string::npos) << out_;
   ASSERT_EQ(weft({"run", "falling.json", "--device", "cpu:1", "-o", "with", "--set",
                   "contact.self=false"}),
             0);
   ASSERT_EQ(weft({"run", "falling.json", "--device", "cpu:1", "-o", "without", "--set",
-                  "contact.self=false", "--experimental", "model.friction=false"}),
+                  "contact.self=false", "--set", "model.friction=false"}),
             0);
   EXPECT_EQ(hash("with"), hash("without"));
 }

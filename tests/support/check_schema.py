@@ -17,7 +17,7 @@ import sys
 import jsonschema
 
 # Each key has a user who would miss it; more of them need a reason, and this number.
-MOST_KEYS = 176
+MOST_KEYS = 179
 
 # What no schema can say: references between parts, orders, sums, and the content of other files.
 BEYOND_SCHEMA = {

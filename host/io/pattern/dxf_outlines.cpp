@@ -379,6 +379,7 @@ class DxfOutlines final : public OutlineFile {
           length(along) > same_place)
         panel.grain = along;
     for (const Vec2<double>& notch : piece.notches) panel.notches.push_back(scaled(piece, notch));
+    if (!piece.mirrors.empty()) unfold_notches(piece, panel);
     return panel;
   }
 
@@ -397,6 +398,16 @@ class DxfOutlines final : public OutlineFile {
   bool is_closed(const DxfPolyline& p) const {
     return p.closed ||
            (p.points.size() > 2 && length(p.points.front() - p.points.back()) * unit_ < same_place);
+  }
+
+  void unfold_notches(const DxfPiece& piece, PatternPanel& panel) const {
+    const Vec2<double> on = scaled(piece, piece.mirrors[0][0]);
+    const Vec2<double> line = scaled(piece, piece.mirrors[0][1]) - on;
+    const Vec2<double> along = line * (1 / length(line));
+    const std::vector<Vec2<double>> half = panel.notches;
+    for (const Vec2<double>& notch : half)
+      if (const Vec2<double> image = mirrored(notch, on, along); length(image - notch) > same_place)
+        panel.notches.push_back(image);
   }
 
   /// A closed sew line, or else the boundary: cloth beyond the stitches is not sewn.

@@ -66,12 +66,33 @@ Vec2<double> EdgeCurve::point(double t) const {
          edge_.controls[1] * (3 * s * t * t) + to_ * (t * t * t);
 }
 
-std::vector<Vec2<double>> EdgeCurve::sample(Index segments) const {
+std::vector<double> EdgeCurve::even_distances(Index segments) const {
+  std::vector<double> distances;
+  for (Index i = 0; i <= segments; ++i) distances.push_back(length() * i / segments);
+  return distances;
+}
+
+EdgeCurve::Nearest EdgeCurve::nearest(const Vec2<double>& place) const {
+  const std::size_t steps = lengths_.size() - 1;
+  Nearest best{0, weft::length(place - from_)};
+  Vec2<double> a = from_;
+  for (std::size_t k = 1; k <= steps; ++k) {
+    const Vec2<double> b = point(static_cast<double>(k) / static_cast<double>(steps));
+    const double sq = length_sq(b - a);
+    const double share = sq > 0 ? std::clamp(dot(place - a, b - a) / sq, 0.0, 1.0) : 0;
+    const double away = weft::length(place - (a + (b - a) * share));
+    if (away < best.away) best = {lengths_[k - 1] + share * (lengths_[k] - lengths_[k - 1]), away};
+    a = b;
+  }
+  return best;
+}
+
+std::vector<Vec2<double>> EdgeCurve::sample(const std::vector<double>& distances) const {
   std::vector<Vec2<double>> points{from_};
   const std::size_t steps = lengths_.size() - 1;
   std::size_t k = 0;
-  for (Index i = 1; i < segments; ++i) {
-    const double wanted = length() * i / segments;
+  for (std::size_t i = 1; i + 1 < distances.size(); ++i) {
+    const double wanted = distances[i];
     while (k + 1 < steps && lengths_[k + 1] < wanted) ++k;
     const double step = lengths_[k + 1] - lengths_[k];
     const double share = step > 0 ? std::clamp((wanted - lengths_[k]) / step, 0.0, 1.0) : 0;

@@ -18,7 +18,22 @@ class EdgeCurve {
   /// Points at equal distances along the curve.
   /// @param segments >= 1
   /// @return [segments + 1] [m] with both ends, which are exactly those of the panel
-  std::vector<Vec2<double>> sample(Index segments) const;
+  std::vector<Vec2<double>> sample(Index segments) const {
+    return sample(even_distances(segments));
+  }
+  /// @param distances [m] from the beginning, increasing; the first is the beginning, the last the
+  ///                  end
+  /// @return [distances] [m]; the ends are exactly those of the panel
+  std::vector<Vec2<double>> sample(const std::vector<double>& distances) const;
+  /// @return [segments + 1] [m] from the beginning
+  std::vector<double> even_distances(Index segments) const;
+
+  struct Nearest {
+    double along;  ///< [m] from the beginning
+    double away;   ///< [m]
+  };
+  /// The place on the curve nearest to a point.
+  Nearest nearest(const Vec2<double>& place) const;
 
  private:
   Vec2<double> point(double t) const;

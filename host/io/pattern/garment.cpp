@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "host/input/quantity.hpp"
+#include "host/io/pattern/edge_cuts.hpp"
 #include "host/io/pattern/edge_sampling.hpp"
 #include "host/io/pattern/panel_chords.hpp"
 #include "host/io/pattern/stitch_direction.hpp"
@@ -25,12 +26,13 @@ constexpr Index fine_parts = 64;
 /// The outline of a panel as its mesh has it: seen from the front, counter-clockwise.
 class PanelOutline {
  public:
-  /// @param parts  [edges]
+  /// @param cuts   [edges] see EdgeCuts
   /// @param turned see StitchDirections
-  PanelOutline(const std::vector<EdgeCurve>& curves, const std::vector<Index>& parts, bool turned) {
+  PanelOutline(const std::vector<EdgeCurve>& curves, const std::vector<std::vector<double>>& cuts,
+               bool turned) {
     for (std::size_t e = 0; e < curves.size(); ++e) {
       first_.push_back(static_cast<Index>(points_.size()));
-      const std::vector<Vec2<double>> along = curves[e].sample(parts[e]);
+      const std::vector<Vec2<double>> along = curves[e].sample(cuts[e]);
       points_.insert(points_.end(), along.begin(), along.end() - 1);
     }
     first_.push_back(static_cast<Index>(points_.size()));
@@ -85,13 +87,15 @@ class GarmentMaker {
     directions_ = choose_directions(pattern);
     garment_.notes = pattern.notes;
     garment_.notes.insert(garment_.notes.end(), directions_.notes.begin(), directions_.notes.end());
-    parts_ = edge_parts(pattern, curves_, directions_.opposite, edge);
+    cuts_ = cut_edges(pattern, curves_, directions_.opposite,
+                      edge_parts(pattern, curves_, directions_.opposite, edge));
+    garment_.notes.insert(garment_.notes.end(), cuts_.notes.begin(), cuts_.notes.end());
   }
 
   Garment run() {
     std::vector<PlanarMesh> meshes;
     for (std::size_t p = 0; p < pattern_.panels.size(); ++p) {
-      outlines_.emplace_back(curves_[p], parts_[p], directions_.turned[p]);
+      outlines_.emplace_back(curves_[p], cuts_.distances[p], directions_.turned[p]);
       check_sampled(p);
       meshes.push_back(mesh_outline(outlines_[p].points(), edge_));
       first_.push_back(first_.back() + static_cast<Index>(meshes[p].points.size()));
@@ -119,10 +123,12 @@ class GarmentMaker {
   void check_outlines() const {
     double area = 0;
     for (std::size_t p = 0; p < curves_.size(); ++p) {
-      std::vector<Index> parts;
-      for (const PatternEdge& edge : pattern_.panels[p].edges)
-        parts.push_back(edge.shape == PatternEdge::Shape::line ? 1 : fine_parts);
-      const PanelOutline outline(curves_[p], parts, false);
+      std::vector<std::vector<double>> cuts;
+      for (std::size_t e = 0; e < curves_[p].size(); ++e) {
+        const bool line = pattern_.panels[p].edges[e].shape == PatternEdge::Shape::line;
+        cuts.push_back(curves_[p][e].even_distances(line ? 1 : fine_parts));
+      }
+      const PanelOutline outline(curves_[p], cuts, false);
       if (const auto crossing = outline.points().size() < 3 ? std::optional<OutlineCrossing>({0, 0})
                                                             : find_crossing(outline.points()))
         refuse_crossing(p, outline, *crossing, "");
@@ -269,7 +275,7 @@ class GarmentMaker {
   double edge_;
   std::vector<std::vector<EdgeCurve>> curves_;
   StitchDirections directions_;
-  std::vector<std::vector<Index>> parts_;
+  EdgeCuts cuts_;
   std::vector<PanelOutline> outlines_;
   std::vector<Index> first_{0};  ///< [panels + 1] first vertex
   std::set<std::string> names_;

@@ -29,12 +29,12 @@ double distance(const Vec2<double>& p, const Vec2<double>& on, const Vec2<double
   return std::abs(along[0] * d[1] - along[1] * d[0]);
 }
 
+}  // namespace
+
 Vec2<double> mirrored(const Vec2<double>& p, const Vec2<double>& on, const Vec2<double>& along) {
   const Vec2<double> d = p - on;
   return on + along * (2 * dot(d, along)) - d;
 }
-
-}  // namespace
 
 void drop_repeated(OutlinePoints& outline) {
   OutlinePoints kept;

@@ -22,6 +22,10 @@ void drop_repeated(OutlinePoints& outline);
 /// Marks the points at which the outline turns by more than corner_angle.
 void find_corners(OutlinePoints& outline);
 
+/// Mirror image of a point.
+/// @param on    [m] on the line   @param along unit vector
+Vec2<double> mirrored(const Vec2<double>& p, const Vec2<double>& on, const Vec2<double>& along);
+
 /// Unfolds half a panel: the side along the line goes, and the rest gets its mirror image. Corners
 /// on the line stay corners if the whole outline turns there by more than corner_angle.
 /// @param a, b [m] ends of the line

@@ -114,6 +114,15 @@ TEST(DxfOutlines, PieceIsAPanelInMetres) {
   expect_near(panel.notches[0], {0.2, 0.15});
 }
 
+TEST(DxfOutlines, NotchesOfHalfAPanelAreUnfolded) {
+  const PatternPanel panel =
+      dxf_panel(dxf(block("P1", polyline(1, rectangle) + line(6, {0, 300}, {0, 0}) +
+                                    point(4, {200, 150}) + point(4, {0, 300}))),
+                "P1");
+  ASSERT_EQ(panel.notches.size(), 3u);
+  expect_near(panel.notches[2], {-0.2, 0.15});
+}
+
 TEST(DxfOutlines, TurnPointsAreCorners) {
   const std::string corners = point(2, {0, 0}) + point(2, {200, 300}) + point(3, {200, 0});
   const PatternPanel panel = dxf_panel(dxf(block("P1", polyline(1, rectangle) + corners)), "P1");

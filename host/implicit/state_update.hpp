@@ -23,7 +23,7 @@ class StateUpdate {
   /// @param dt [s] length of the attempt
   void cache_contacts(double dt);
   /// Records which vertices zones have moved.
-  /// @param raise whether the contacts of those moved in this attempt harden
+  /// @param hardening which contacts of those moved in this attempt harden
   void remember_touched(Hardening hardening);
   /// The end of an attempt of length dt [s] becomes the state.
   void accept(double dt);

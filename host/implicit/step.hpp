@@ -39,8 +39,9 @@ class ImplicitStep final : public StepMethod {
   /// may, or if the devices are told to stop, report.failure says why, and the store is unchanged.
   void advance(double dt, StepReport& report) override;
 
-  /// Called with every accepted step or substep, before its end becomes the state.
-  /// positions_t0, positions_t1: [vertices] [m] on rank 0 of the host
+  /// Called with every accepted step or substep, before its end becomes the state. A substep may
+  /// still be undone if a later one fails. positions_t0, positions_t1: [vertices] [m] on rank 0 of
+  /// the host
   using Watch = typename TruncatedStep<T>::Watch;
   /// Sets the callback for later steps; null: none.
   void watch(Watch watch) { watch_ = std::move(watch); }

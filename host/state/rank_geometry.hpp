@@ -7,7 +7,8 @@
 
 namespace weft {
 
-/// Data that the stages of a step read and never write. Each rank has a copy.
+/// Data that the stages of a step read and, but for `fixed` and `row_begin`, never write. Each rank
+/// has a copy.
 template <class T>
 struct RankGeometry {
   Buffer<Edge> edges;                     ///< cloth, then obstacle
@@ -41,12 +42,14 @@ struct RankGeometry {
 /// Working arrays of one attempt at a step. Each rank has a copy.
 template <class T>
 struct RankMotion {
-  Buffer<Vec3<T>> positions_t1;     ///< [vertices] [m] end of the step
+  /// [vertices] [m] End of the step: targets of what is prescribed and the prediction, then what
+  /// the solve finds, what zones make of it, and where motions are cut off.
+  Buffer<Vec3<T>> positions_t1;
   Buffer<Vec3<T>> velocities_t1;    ///< [cloth vertices] [m/s]
   Buffer<Vec3<T>> base_positions;   ///< [cloth vertices] [m] x~ of BDF2
   Buffer<Vec3<T>> base_velocities;  ///< [cloth vertices] [m/s] v~ of BDF2
   Buffer<unsigned char> moved_now;  ///< [vertices] moved by a zone in this round
-  Buffer<unsigned char> touched;    ///< [vertices] moved by a zone in this step
+  Buffer<unsigned char> touched;    ///< [vertices] moved by a zone in this attempt
   Buffer<unsigned char> crushed;    ///< [vertices] this and the next: see RespondRemember
   Buffer<unsigned char> crushed_in_jam;
   Buffer<ContactMemory<T>> contacts;  ///< contact cache for the next step

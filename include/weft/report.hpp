@@ -31,7 +31,7 @@ enum class FallbackLevel {
   whole,      ///< in one piece, with or without impact zones
   halved,     ///< in substeps, because impacts could not be resolved in one piece, or because this
               ///< solve or one shortly before did not converge
-  rigid,      ///< at the shortest substep, with at least one impact zone moved as a rigid body
+  rigid,      ///< with at least one impact zone moved as a rigid body
   truncated,  ///< some motion was cut off before what it would have run into
   failed,     ///< no level succeeded; StepReport::failure gives the reason
 };

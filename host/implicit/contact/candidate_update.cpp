@@ -19,7 +19,7 @@ constexpr std::size_t out_of_bounds_share = 16;
 constexpr std::size_t dirty_per_vertex = 16;
 constexpr std::size_t update_pairs_max = 1 << 16;
 
-/// Slack of pairs that nobody has measured. It must not be separation_bound_of_contact.
+/// Separation bound of pairs that nobody has measured. It must not be separation_bound_of_contact.
 constexpr float separation_bound_unknown = -std::numeric_limits<float>::max();
 
 bool comes_before(const Pair& p, const Pair& q) {

@@ -260,7 +260,7 @@ bool ContactDetection<T>::candidates_valid() {
 }
 
 /// Finds all pairs, and the contacts among them.
-/// @param room    factor of the margins of moving cloth
+/// @param margin_factor of the margins of moving cloth
 /// @param predict whether cloth may end elsewhere than positions_t1
 /// @param self    pairs of cloth with cloth too
 template <class T>
@@ -383,7 +383,7 @@ void ContactDetection<T>::report_pairs(StepReport& report) const {
   report.edge_pairs = std::max(report.edge_pairs, edge_pairs);
 }
 
-/// Contacts and slacks along the motion to `predicted`.
+/// Contacts and separation bounds along the motion to `predicted`.
 template <class T>
 void ContactDetection<T>::find_contacts() {
   do {

@@ -20,7 +20,7 @@ struct RespondApply {
   Span<Vec3<T>> positions;        ///< [vertices] [m]
   Span<Vec3<T>> velocities;       ///< [cloth vertices] [m/s]
   Span<unsigned char> moved_now;  ///< [vertices] set to 1: moved in this round
-  Span<unsigned char> touched;    ///< [vertices] set to 1: moved in this step
+  Span<unsigned char> touched;    ///< [vertices] set to 1: moved in this attempt
 
   WEFT_HD Index count() const noexcept { return static_cast<Index>(moved.size()); }
 

@@ -19,6 +19,7 @@
 #include "host/app/convert_pattern.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/temporary_file.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/arcsim/arcsim_scene.hpp"
@@ -261,22 +262,14 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
   }
 }
 
-/// Removes a file at the end.
-struct Temporary {
-  fs::path path;
-  ~Temporary() {
-    std::error_code error;
-    fs::remove(path, error);
-  }
-};
-
 /// Into a file that holds all frames of an attribute in one place.
 /// @param write makes it of a spool
 template <class Write>
 void convert_to_animation(const MeshSequence& sequence, const std::vector<std::size_t>& places,
                           const Request& request, const Write& write) {
   const fs::path output = request.output;
-  const Temporary spool{output.parent_path() / ("." + output.filename().string() + ".spool.tmp")};
+  const TemporaryFile spool{output.parent_path() /
+                            ("." + output.filename().string() + ".spool.tmp")};
   std::optional<io::SpoolWriter> writer;
   std::optional<Vec3<double>> origin;
   const Frames frames(sequence, places, request);

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/base/temporary_file.hpp"
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
@@ -429,21 +430,12 @@ void write_group(TextFile& out, const SpoolReader& spool, const std::vector<Subs
   out << "    }\n";
 }
 
-/// Removes a file that did not get its name.
-struct Temporary {
-  fs::path path;
-  ~Temporary() {
-    std::error_code error;
-    fs::remove(path, error);
-  }
-};
-
 }  // namespace
 
 void write_usd(const fs::path& path, const SpoolReader& spool) {
   if (spool.frames().empty())
     throw SceneError(spool.path().string(), "frames", "none", "at least one whole frame");
-  const Temporary temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
+  const TemporaryFile temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
   TextFile out(temporary.path);
   write_header(out, spool);
   out << "def Xform \"World\"\n{\n";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/implicit/collision_response/prescribed.hpp"
 #include "host/implicit/parallel/exchange.hpp"
 
 namespace weft {

@@ -15,11 +15,11 @@
 #include <utility>
 #include <vector>
 
-#include "host/base/temporary_file.hpp"
 #include "host/geometry/similarity.hpp"
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
+#include "host/io/spool/temporary_file.hpp"
 #include "host/scene/frame_limits.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"

@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "host/base/temporary_file.hpp"
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
+#include "host/io/spool/temporary_file.hpp"
 #include "host/io/usd/usd_file.hpp"
 #include "weft/error.hpp"
 

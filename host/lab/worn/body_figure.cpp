@@ -7,7 +7,6 @@
 #include <numeric>
 #include <queue>
 
-#include "host/base/lower_case.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft::lab {
@@ -207,6 +206,12 @@ bool says(const std::string& text, std::initializer_list<const char*> words) {
                      [&](const char* word) { return text.find(word) != std::string::npos; });
 }
 
+std::string lower(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
 }  // namespace
 
 BodyFigure::BodyFigure(const Mesh& body, const Vec3<double>& up,
@@ -294,7 +299,7 @@ bool BodyFigure::has_all_parts() const {
 
 void BodyFigure::take(const BodySegmentation& segmentation) {
   for (const auto& [given, vertices] : segmentation) {
-    const std::string name = lower_case(given);
+    const std::string name = lower(given);
     const bool arm = says(name, {"arm", "hand", "elbow", "wrist"});
     const bool leg = says(name, {"leg", "foot", "feet", "knee", "toe", "thigh", "calf"});
     if (!arm && !leg) continue;

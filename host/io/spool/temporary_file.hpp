@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace weft {
+namespace weft::io {
 
 /// Removes a file at the end, unless it got its name by then.
 struct TemporaryFile {
@@ -14,4 +14,4 @@ struct TemporaryFile {
   }
 };
 
-}  // namespace weft
+}  // namespace weft::io

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "weft/core/at.hpp"
 #include "weft/elements/distance.hpp"

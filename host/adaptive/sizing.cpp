@@ -1,6 +1,5 @@
 #include "host/adaptive/sizing.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 

@@ -32,6 +32,7 @@
 #include "host/io/pattern/outline_file.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/spool/frame_spool.hpp"
+#include "host/io/spool/temporary_file.hpp"
 #include "host/io/usd/usd_file.hpp"
 #include "weft/error.hpp"
 
@@ -261,22 +262,14 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
   }
 }
 
-/// Removes a file at the end.
-struct Temporary {
-  fs::path path;
-  ~Temporary() {
-    std::error_code error;
-    fs::remove(path, error);
-  }
-};
-
 /// Into a file that holds all frames of an attribute in one place.
 /// @param write makes it of a spool
 template <class Write>
 void convert_to_animation(const MeshSequence& sequence, const std::vector<std::size_t>& places,
                           const Request& request, const Write& write) {
   const fs::path output = request.output;
-  const Temporary spool{output.parent_path() / ("." + output.filename().string() + ".spool.tmp")};
+  const io::TemporaryFile spool{output.parent_path() /
+                                ("." + output.filename().string() + ".spool.tmp")};
   std::optional<io::SpoolWriter> writer;
   std::optional<Vec3<double>> origin;
   const Frames frames(sequence, places, request);

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <optional>
 #include <system_error>
-#include <utility>
 
 #include "host/app/new/mesh_guess.hpp"
 #include "host/base/atomic_file.hpp"

@@ -30,14 +30,6 @@
 namespace weft::app {
 namespace {
 
-std::vector<std::string> overrides_of(const RunRequest& request) {
-  std::vector<std::string> overrides = request.overrides;
-  if (!request.method.empty()) overrides.push_back("method.type=" + request.method);
-  if (!request.precision.empty()) overrides.push_back("precision=" + request.precision);
-  if (!request.frames.empty()) overrides.push_back("time.frames=" + request.frames);
-  return overrides;
-}
-
 /// Draws what untangling left, unless the directory holds a run that may not be replaced.
 /// @return whether it could be
 bool draw_tangled(const TangledStart& tangled, const RunDirectory& directory,
@@ -62,7 +54,7 @@ int run_scene(const RunRequest& request) {
   refuse_unwritable(request.report, "--report");
   if (request.resume_changed && request.resume.empty())
     throw SceneError("", "--resume-changed", "without --resume", "--resume with it");
-  io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request), request.allowed,
+  io::SceneFile file = io::read_scene_file(request.scene, all_overrides(request), request.allowed,
                                            request.experimental);
   for (const std::string& warning : file.scene.warnings)
     show(stderr, "weft: warning: {}\n", one_line(warning));

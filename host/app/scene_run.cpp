@@ -4,17 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
-#include <exception>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "host/app/process/show.hpp"
@@ -22,7 +18,6 @@
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/seam_verdict.hpp"
 #include "host/base/atomic_file.hpp"
-#include "host/input/safe_text.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 
@@ -205,7 +200,9 @@ StepReport SceneRun::step(Progress& progress, Heartbeat& heartbeat) {
 
 /// Says once that what the scene declares compliant has begun to give way.
 void SceneRun::warn_of_compliance(const StepReport& report, Progress& progress) {
-  if (compliance_said_ || report.compliance_distance <= 0 || !declares_compliance()) return;
+  if (compliance_said_ || report.compliance_distance <= 0 ||
+      !simulation_.scene().contact.compliance_distance)
+    return;
   compliance_said_ = true;
   progress.end();
   show(stderr, "weft: warning: obstacles or pins give way to cloth from {:.6g} s on, by {:.4g} m\n",
@@ -231,13 +228,6 @@ void SceneRun::warn_of_limits(const StepReport& report, Progress& progress) {
   progress.end();
   show(stderr, "weft: warning: cloth exceeds a strain limit by {:.3g} % of it at {:.6g} s\n",
        100 * *report.limit_excess, report.time);
-}
-
-bool SceneRun::declares_compliance() const {
-  const Scene& scene = simulation_.scene();
-  return scene.contact.compliance_distance ||
-         std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
-                     [](const Obstacle& o) { return o.compliance.has_value(); });
 }
 
 /// Says which garments springs close, and why.

@@ -63,7 +63,6 @@ class SceneRun {
   void warn_of_compliance(const StepReport& report, Progress& progress);
   void warn_of_gain(Progress& progress);
   void warn_of_limits(const StepReport& report, Progress& progress);
-  bool declares_compliance() const;
   /// What to change for shorter steps.
   const char* shorter_steps() const {
     return simulation_.scene().time.automatic ? "smaller time.tolerance" : "shorter time.step";

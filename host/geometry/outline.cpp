@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <utility>
 
 #include "weft/core/assert.hpp"
 #include "weft/shapes.hpp"

@@ -61,9 +61,7 @@ ExternalWork<T>::ExternalWork(Store<T>& store, const std::vector<RankGeometry<T>
   const Scene& scene = store.scene();
   const Model& model = store.model();
   bodies_ = scene.contact.compliance_distance.value_or(0) > 0 ||
-            std::any_of(scene.obstacles.begin(), scene.obstacles.end(), [](const Obstacle& o) {
-              return obstacle_moves(o) || o.compliance.value_or(0) > 0;
-            });
+            std::any_of(scene.obstacles.begin(), scene.obstacles.end(), obstacle_moves);
   pins_ = std::any_of(scene.pins.begin(), scene.pins.end(), [&](const Pin& p) {
     return pin_moves(p) || scene.contact.compliance_distance.value_or(0) > 0 ||
            (p.obstacle >= 0 && obstacle_moves(scene.obstacles[at(p.obstacle)]));

@@ -82,13 +82,6 @@ double PrescribedMotion<T>::farthest() const {
   return farthest;
 }
 
-/// [m] by which prescribed vertex v may miss its target.
-template <class T>
-double PrescribedMotion<T>::limit(Index v) const {
-  return declared_compliance(store_.scene(), store_.model(), v)
-      .value_or(compliance_distance(store_.scene().contact));
-}
-
 template <class T>
 typename PrescribedMotion<T>::Misses PrescribedMotion<T>::misses() const {
   const Model& model = store_.model();
@@ -104,7 +97,7 @@ typename PrescribedMotion<T>::Misses PrescribedMotion<T>::misses() const {
     ++all.count;
     all.distance = std::max(all.distance, distance);
     all.farther = std::max(all.farther, distance - length(vec_cast<double>(x0[v]) - target_t0));
-    const double allowed = limit(vertex);
+    const double allowed = compliance_distance(scene.contact);
     const double over = allowed > 0 ? distance / allowed : std::numeric_limits<double>::infinity();
     if (over > 1) all.over.push_back(vertex);
     if (over <= all.over_limit) return;
@@ -131,17 +124,15 @@ bool PrescribedMotion<T>::fail_by(const Misses& c, double dt, StepReport& report
   Queue& master = store_.devices()[0].compute();
   master.copy(&place, motion_[0].positions_t1.data() + c.worst, sizeof place);
   master.sync();
-  const bool own = declared_compliance(store_.scene(), store_.model(), c.worst) !=
-                   store_.scene().contact.compliance_distance;
-  const std::string allowing = own ? "its compliance" : "contact.compliance_distance";
   std::string where;
   for (int i = 0; i < 3; ++i)
     where += (i > 0 ? ", " : "") + number_text(static_cast<double>(place[i]));
   return fail(report, Failure::pinched,
               "cloth keeps " + prescribed_names(store_.scene(), store_.model(), c.over) +
                   " from the prescribed place: " + number_text(c.worst_distance) + " m short at (" +
-                  where + ") at " + number_text(store_.time + dt) + " s; " + allowing + " allows " +
-                  number_text(limit(c.worst)),
+                  where + ") at " + number_text(store_.time + dt) +
+                  " s; contact.compliance_distance allows " +
+                  number_text(compliance_distance(store_.scene().contact)),
               vec_cast<double>(place));
 }
 

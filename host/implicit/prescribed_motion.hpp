@@ -48,8 +48,6 @@ class PrescribedMotion {
   bool fail_by(const Misses& misses, double dt, StepReport& report) const;
 
  private:
-  double limit(Index v) const;
-
   Store<T>& store_;
   std::vector<RankGeometry<T>>& geometry_;
   std::vector<RankMotion<T>>& motion_;

@@ -1,7 +1,6 @@
 #include "host/model/deformation.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 

@@ -1,7 +1,6 @@
 #include "host/scene/camera.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <numbers>
 #include <vector>

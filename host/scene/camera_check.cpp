@@ -1,6 +1,5 @@
 #include "host/scene/camera_check.hpp"
 
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <string>

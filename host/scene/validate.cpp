@@ -150,19 +150,11 @@ void validate_driven(const Scene& scene, const Obstacle& obstacle, const std::st
   if (body.end_time < infinity) check.within("end_time", body.end_time, quantity::instant);
 }
 
-void validate_compliance(const Checker& check, const char* field,
-                         const std::optional<double>& distance) {
-  if (!distance) return;
-  if (!(*distance >= 0)) check.refuse(field, text_of(*distance), "a length >= 0, or null for any");
-  if (*distance < infinity) check.within(field, *distance, quantity::length_or_zero);
-}
-
 void validate_obstacle(const Scene& scene, std::size_t i) {
   const Obstacle& obstacle = scene.obstacles[i];
   const std::string field = numbered("obstacles", i);
   const Checker check(scene.file, field);
   check.within("friction", obstacle.friction, quantity::friction);
-  validate_compliance(check, "compliance", obstacle.compliance);
   validate_transform(obstacle.transform, Checker(scene.file, field + ".transform"));
   validate_motion(obstacle.motion, scene.file, field + ".motion");
   if (obstacle.driven) validate_driven(scene, obstacle, field + ".driven");
@@ -316,7 +308,11 @@ void validate_contact(const Scene& scene) {
   check.within("stiffness", contact.stiffness, quantity::repulsion);
   check.integer("zone_rounds", contact.zone_rounds, 1, count::iterations);
   check.integer("substep_bisections", contact.substep_bisections, 0, 20);
-  validate_compliance(check, "compliance_distance", contact.compliance_distance);
+  if (!contact.compliance_distance) return;
+  const double distance = *contact.compliance_distance;
+  if (!(distance >= 0))
+    check.refuse("compliance_distance", text_of(distance), "a length >= 0, or null for any");
+  if (distance < infinity) check.within("compliance_distance", distance, quantity::length_or_zero);
 }
 
 void validate_solver(const Scene& scene) {

@@ -1,7 +1,6 @@
 #include "host/simulation/remeshing.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>

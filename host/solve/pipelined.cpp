@@ -1,7 +1,6 @@
 #include "weft/kernels/solve/pipelined.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "host/exec/host_device.hpp"

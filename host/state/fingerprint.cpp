@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <map>
 
 #include "host/base/checksum.hpp"
@@ -205,7 +203,6 @@ class Parts {
     const std::string name = name_in("obstacles", scene_.obstacles, i);
     add_mesh(name + "mesh", obstacle.mesh);
     add(name + "friction", obstacle.friction);
-    if (obstacle.compliance) add(name + "compliance", *obstacle.compliance);
     add(name + "transform", obstacle.transform);
     add(name + "motion", obstacle.motion);
     if (obstacle.deformation && !obstacle.live) {

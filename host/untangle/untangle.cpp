@@ -1,7 +1,6 @@
 #include "host/untangle/untangle.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>

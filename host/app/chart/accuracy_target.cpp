@@ -103,19 +103,11 @@ bool is_model_switch(const std::string& text) {
   return text.starts_with("model.") || text == "contact.self=false" || text == "wind.density=0";
 }
 
-std::vector<std::string> base_overrides(const RunRequest& request) {
-  std::vector<std::string> overrides = request.overrides;
-  if (!request.method.empty()) overrides.push_back("method.type=" + request.method);
-  if (!request.precision.empty()) overrides.push_back("precision=" + request.precision);
-  if (!request.frames.empty()) overrides.push_back("time.frames=" + request.frames);
-  return overrides;
-}
-
 AccuracyTargetRun::AccuracyTargetRun(const RunRequest& request, AccuracyTarget target,
                                      std::vector<std::string> overrides)
     : request_(request), target_(target) {
   io::Settings of_point = io::split_settings(overrides);
-  std::vector<std::string> keys = base_overrides(request), all = keys;
+  std::vector<std::string> keys = all_overrides(request), all = keys;
   keys.insert(keys.end(), of_point.keys.begin(), of_point.keys.end());
   std::vector<std::string>& hidden = of_point.experimental;
   hidden.insert(hidden.begin(), request.experimental.begin(), request.experimental.end());

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "host/app/process/child.hpp"
 #include "host/base/atomic_file.hpp"

@@ -1,7 +1,6 @@
 #include "host/app/run/energy_balance.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "host/scene/fabric/material_areas.hpp"
 #include "host/scene/frame_steps.hpp"

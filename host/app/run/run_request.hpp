@@ -29,4 +29,13 @@ struct RunRequest {
   bool processes = false;  ///< as above
 };
 
+/// The overrides, and those that options of their own stand for.
+inline std::vector<std::string> all_overrides(const RunRequest& request) {
+  std::vector<std::string> overrides = request.overrides;
+  if (!request.method.empty()) overrides.push_back("method.type=" + request.method);
+  if (!request.precision.empty()) overrides.push_back("precision=" + request.precision);
+  if (!request.frames.empty()) overrides.push_back("time.frames=" + request.frames);
+  return overrides;
+}
+
 }  // namespace weft::app

@@ -10,7 +10,6 @@
 #include <sstream>
 #include <string_view>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "host/io/scene/scene_file.hpp"

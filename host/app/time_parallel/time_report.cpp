@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <string>
 
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_run.hpp"

@@ -1,6 +1,5 @@
 #include "host/app/view/pin_distances.hpp"
 
-#include <cmath>
 #include <cstddef>
 
 namespace weft::app {

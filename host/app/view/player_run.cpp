@@ -1,7 +1,6 @@
 #include "host/app/view/player_run.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <utility>
 

@@ -24,12 +24,7 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
       outcomes_(geometry.size()),
       rank_multipliers_(geometry.size()),
       compliant_(static_cast<std::size_t>(store.model().vertex_count), 0),
-      may_comply_(compliant_) {
-  for (std::size_t v = 0; v < may_comply_.size(); ++v) {
-    const auto declared = declared_compliance(store.scene(), store.model(), static_cast<Index>(v));
-    may_comply_[v] = declared.value_or(0) > 0 ? 1 : 0;
-    any_may_comply_ = any_may_comply_ || may_comply_[v] != 0;
-  }
+      any_may_comply_(store.scene().contact.compliance_distance.value_or(0) > 0) {
   const MemoryName name("zones");
   for (int r = 0; r < store.devices().size(); ++r) {
     Device& device = store.devices()[r];
@@ -178,7 +173,7 @@ bool ImpactZones<T>::comply_where_pinched(const std::vector<unsigned char>& fixe
       for (Index k = share.zone_begin[z]; k < share.zone_begin[z + 1]; ++k)
         for (const Index v : share.collisions[static_cast<std::size_t>(k)].v) {
           const auto i = static_cast<std::size_t>(v);
-          if (fixed[i] == 0 || may_comply_[i] == 0 || compliant_[i] != 0) continue;
+          if (fixed[i] == 0 || compliant_[i] != 0) continue;
           compliant_[i] = 1;
           complied = true;
         }

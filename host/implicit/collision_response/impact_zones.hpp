@@ -104,8 +104,7 @@ class ImpactZones {
   std::vector<std::vector<ZoneMultipliers>> rank_multipliers_;
   std::vector<MovedVertex<T>> moved_;
   std::vector<unsigned char> compliant_;
-  std::vector<unsigned char> may_comply_;  ///< [vertices] 1: declared compliant
-  bool any_may_comply_ = false;
+  bool any_may_comply_;         ///< the scene declares compliance
   std::vector<Index> pinched_;  ///< prescribed vertices of the pinched zones of the latest round
   bool any_compliant_ = false;
   bool any_goes_on_ = false;  ///< of the latest round

@@ -19,12 +19,6 @@ const Obstacle* obstacle_of(const Scene& scene, const Model& model, Index v) {
 
 }  // namespace
 
-std::optional<double> declared_compliance(const Scene& scene, const Model& model, Index v) {
-  const Obstacle* obstacle = obstacle_of(scene, model, v);
-  return obstacle != nullptr && obstacle->compliance ? obstacle->compliance
-                                                     : scene.contact.compliance_distance;
-}
-
 std::string prescribed_names(const Scene& scene, const Model& model,
                              const std::vector<Index>& vertices) {
   std::set<std::string> names;

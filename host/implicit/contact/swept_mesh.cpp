@@ -1,7 +1,6 @@
 #include "host/implicit/contact/swept_mesh.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "host/geometry/morton.hpp"

@@ -1,6 +1,5 @@
 #include "host/implicit/linear/pipelined_solve.hpp"
 
-#include <algorithm>
 #include <cstddef>
 
 namespace weft {

@@ -1,7 +1,6 @@
 #include "host/implicit/linear/rest_shape_rows.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace weft {
 namespace {

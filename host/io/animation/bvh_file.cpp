@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
+#include "host/base/lower_case.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "weft/error.hpp"
 
@@ -17,13 +18,6 @@ constexpr std::size_t max_name = 255;  // every end site of a joint has its name
 
 bool is_space(char c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
-}
-
-std::string lower(std::string_view word) {
-  std::string result(word);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return result;
 }
 
 /// As one line of printable characters.
@@ -67,7 +61,7 @@ class Words {
   /// The next word must be this one, in any case.
   void expect(const std::string& word) {
     const std::string_view found = next();
-    if (lower(found) != lower(word)) refuse(word, found, "\"" + word + "\" here");
+    if (lower_case(found) != lower_case(word)) refuse(word, found, "\"" + word + "\" here");
   }
   double number(const std::string& field) {
     const std::string_view token = next();
@@ -106,7 +100,7 @@ class Words {
 };
 
 CaptureChannel channel_of(Words& words, std::string_view token) {
-  const std::string word = lower(token);
+  const std::string word = lower_case(token);
   const bool rotation = word.size() == 9 && word.ends_with("rotation");
   const bool position = word.size() == 9 && word.ends_with("position");
   if ((rotation || position) && word[0] >= 'x' && word[0] <= 'z') return {rotation, word[0] - 'x'};
@@ -153,7 +147,7 @@ void read_hierarchy(Words& words, Capture& capture) {
   std::vector<Index> open;
   while (true) {
     const std::string_view token = words.next();
-    const std::string keyword = lower(token);
+    const std::string keyword = lower_case(token);
     if (open.empty()) {
       if (keyword == "motion" && !capture.joints.empty()) return;
       if (keyword != "root") words.refuse("HIERARCHY", token, "ROOT, or MOTION after it");

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host/base/lower_case.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
 
@@ -32,12 +33,6 @@ constexpr std::array<Girth, 37> girths{{
     {"pelvis", 0.07},    {"hip", 0.045},     {"spine", 0.07},     {"chest", 0.075},
     {"torso", 0.075},
 }};
-
-std::string lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
 
 /// Where the joints are if no channel says else.
 std::vector<Vec3<double>> joints_at_rest(const Capture& capture) {
@@ -189,7 +184,7 @@ double capture_height(const Capture& capture, bool y_up) {
 }
 
 double default_radius(const std::string& name, double length, double size) {
-  const std::string word = lower(name);
+  const std::string word = lower_case(name);
   for (const Girth& girth : girths)
     if (word.find(girth.word) != std::string::npos) return girth.share * size;
   return std::clamp(0.2 * length, 0.006 * size, 0.06 * size);

@@ -1,7 +1,6 @@
 #include "host/io/arcsim/arcsim_motion.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>

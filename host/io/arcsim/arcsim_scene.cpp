@@ -1,10 +1,8 @@
 #include "host/io/arcsim/arcsim_scene.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <set>
 #include <system_error>

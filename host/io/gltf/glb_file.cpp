@@ -19,6 +19,7 @@
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
+#include "host/io/spool/temporary_file.hpp"
 #include "host/scene/frame_limits.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
@@ -39,15 +40,6 @@ constexpr int target_indices = 34963;
 /// Share of the size of a mesh by which its points may miss a rigid motion: some roundings of
 /// single precision.
 constexpr double rigid_tolerance = 1e-6;
-
-/// Removes a file that did not get its name.
-struct Temporary {
-  fs::path path;
-  ~Temporary() {
-    std::error_code error;
-    fs::remove(path, error);
-  }
-};
 
 [[noreturn]] void fail(const fs::path& path) {
   throw SceneError(path.string() + ": cannot write");
@@ -502,8 +494,8 @@ void write_glb(const fs::path& path, const SpoolReader& spool, const SeamEdges& 
     throw SceneError(path.string(), "frames", std::to_string(frames),
                      "up to " + std::to_string(max_glb_frames) +
                          " in a .glb: some of them (--frame), or the format usda");
-  const Temporary binary{GlbWriter::binary_path(path)};
-  const Temporary temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
+  const TemporaryFile binary{GlbWriter::binary_path(path)};
+  const TemporaryFile temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
   GlbWriter(path, spool, seams).write(temporary.path);
   std::error_code error;
   fs::rename(temporary.path, path, error);

@@ -13,7 +13,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
-#include <utility>
 
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"

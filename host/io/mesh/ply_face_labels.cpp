@@ -1,10 +1,8 @@
 #include "host/io/mesh/ply_face_labels.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 #include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"

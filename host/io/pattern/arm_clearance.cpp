@@ -1,8 +1,6 @@
 #include "host/io/pattern/arm_clearance.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <limits>
 #include <vector>
 

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "host/base/lower_case.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "host/io/pattern/outline_file.hpp"
@@ -61,12 +62,6 @@ std::string trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t\r");
   if (begin == std::string_view::npos) return {};
   return std::string(text.substr(begin, text.find_last_not_of(" \t\r") + 1 - begin));
-}
-
-std::string lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
 }
 
 class DxfReader {
@@ -320,11 +315,11 @@ class DxfReader {
   void add_text(const std::string& text) {
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos) return;
-    const std::string key = lower(trimmed(text.substr(0, colon)));
+    const std::string key = lower_case(trimmed(text.substr(0, colon)));
     const std::string value = trimmed(text.substr(colon + 1));
     if (key == "piece name" && in_block_) piece().name = one_line(value);
-    if (key == "units" && lower(value) == "metric") text_unit_ = 0.001;
-    if (key == "units" && lower(value) == "english") text_unit_ = 0.0254;
+    if (key == "units" && lower_case(value) == "metric") text_unit_ = 0.001;
+    if (key == "units" && lower_case(value) == "english") text_unit_ = 0.0254;
   }
 
   std::string_view rest_;

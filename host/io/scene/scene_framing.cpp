@@ -1,4 +1,3 @@
-#include <cstddef>
 #include <numbers>
 #include <utility>
 #include <vector>

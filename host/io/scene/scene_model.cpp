@@ -1,4 +1,3 @@
-#include <optional>
 
 #include "host/io/scene/scene_parts.hpp"
 

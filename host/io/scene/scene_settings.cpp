@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "host/io/scene/scene_parts.hpp"
 #include "host/scene/defaults.hpp"

@@ -15,6 +15,7 @@
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
+#include "host/io/spool/temporary_file.hpp"
 #include "host/io/usd/usd_file.hpp"
 #include "weft/error.hpp"
 
@@ -429,21 +430,12 @@ void write_group(TextFile& out, const SpoolReader& spool, const std::vector<Subs
   out << "    }\n";
 }
 
-/// Removes a file that did not get its name.
-struct Temporary {
-  fs::path path;
-  ~Temporary() {
-    std::error_code error;
-    fs::remove(path, error);
-  }
-};
-
 }  // namespace
 
 void write_usd(const fs::path& path, const SpoolReader& spool) {
   if (spool.frames().empty())
     throw SceneError(spool.path().string(), "frames", "none", "at least one whole frame");
-  const Temporary temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
+  const TemporaryFile temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
   TextFile out(temporary.path);
   write_header(out, spool);
   out << "def Xform \"World\"\n{\n";

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <utility>
 
 #include "host/lab/check/box_tree.hpp"
 #include "weft/core/at.hpp"

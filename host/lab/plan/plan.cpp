@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <limits>
 
 #include "host/geometry/planar_domain.hpp"
 #include "host/implicit/contact/self_certificate.hpp"

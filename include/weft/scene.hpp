@@ -220,8 +220,7 @@ struct Obstacle {
   /// The program moves the vertices, see Simulation::move(). Starts at `transform`. Not with a
   /// motion, a deformation or a driven body.
   bool live = false;
-  double friction = 0.3;               ///< Coulomb coefficient against cloth, >= 0
-  std::optional<double> compliance{};  ///< [m] as ContactSettings::compliance_distance; empty: that
+  double friction = 0.3;  ///< Coulomb coefficient against cloth, >= 0
 };
 
 /// An obstacle whose vertices the program moves.

@@ -11,7 +11,7 @@ over another one is dressed with it, by `weft convert INNER OUTER scene.json`. T
 
 --body       default: garments/f_smpl_average_A40.obj in the folder that WEFT_TEST_DATA names; without it, exit code 77
 --mannequin  the body of mannequin.py
---table      writes rows of pattern, triangles, CPU seconds, time until rest, clean, worn as a Markdown table
+--table      writes commit, machine, and rows of pattern, triangles, CPU seconds, time until rest, clean, worn as Markdown
 Exit code: 0 all pass, 1 some do not.
 """
 import argparse
@@ -147,7 +147,11 @@ def main():
             print(f"{row[0]:20} {row[1]:6} triangles {row[2]:6.1f} CPU s, rests at {row[3] or 0:5.2f} s:",
                   "; ".join(row[4]) or "clean and worn", flush=True)
     if given.table:
-        lines = ["| pattern | triangles | CPU s | rests at s | |", "|---|---:|---:|---:|---|"]
+        info = subprocess.run([given.program, "info"], capture_output=True, text=True, check=True).stdout.splitlines()
+        facts = [" ".join(line.split()) for line in info if line.startswith(("commit", "  cpu:"))]
+        lines = ["# Garments from pattern to rest", "",
+                 f"`garments.py --triangles {given.triangles}`. " + "; ".join(facts) + ".", "",
+                 "| pattern | triangles | CPU s | rests at s | |", "|---|---:|---:|---:|---|"]
         lines += [f"| {name.replace('_', ' ')} | {count:,} | {seconds:.1f} | {rest or math.nan:.2f} | "
                   f"{'; '.join(wrong) or 'clean, worn'} |" for name, count, seconds, rest, wrong in rows]
         pathlib.Path(given.table).write_text("\n".join(lines) + "\n")

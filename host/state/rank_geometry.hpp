@@ -42,8 +42,8 @@ struct RankGeometry {
 /// Working arrays of one attempt at a step. Each rank has a copy.
 template <class T>
 struct RankMotion {
-  /// [vertices] [m] End of the step: targets of what is prescribed and the prediction, then what
-  /// the solve finds, what zones make of it, and where motions are cut off.
+  /// [vertices] [m] End of the step. Obstacles and pins are at their targets. Free cloth is where
+  /// the prediction puts it, then the solve, then impact zones, and last where a motion is cut off.
   Buffer<Vec3<T>> positions_t1;
   Buffer<Vec3<T>> velocities_t1;    ///< [cloth vertices] [m/s]
   Buffer<Vec3<T>> base_positions;   ///< [cloth vertices] [m] x~ of BDF2

@@ -11,9 +11,10 @@
 namespace weft::io {
 namespace {
 
-/// [m] From its outline, of a notch: on the cut line it may be a seam allowance away.
+/// [m] Largest distance of a notch from the outline. A notch on the cut line is a seam allowance
+/// away from the sew line.
 constexpr double notch_reach = 0.025;
-/// [m] From a corner within which a notch marks the corner.
+/// [m] A notch this close to a corner marks the corner.
 constexpr double corner_reach = 0.002;
 
 /// [edges] [m] Places of notches along the edges of a panel, increasing.
@@ -50,8 +51,8 @@ Side side_of(const EdgeCurve& curve, std::vector<double> notches, bool reversed)
   return {curve.length(), std::move(notches)};
 }
 
-/// [notches + 2] The cuts at which notches are, with both ends: as near as they come to where both
-/// sides have them.
+/// [notches + 2] Numbers of the cuts that are put at notches, and of both ends. A notch takes the
+/// cut nearest to its mean relative position on the two sides.
 std::vector<Index> stops_of(const Side& a, const Side& b, Index parts) {
   std::vector<Index> stops{0};
   const auto count = static_cast<Index>(a.notches.size());
@@ -84,14 +85,20 @@ std::vector<double> distances_of(const Side& side, const std::vector<Index>& sto
   return distances;
 }
 
-/// Whether no side is gathered more between two notches than a seam may be.
-bool meet(const Side& a, const Side& b) {
-  for (std::size_t k = 0; k <= a.notches.size(); ++k) {
+/// Why the notches of two sides cannot meet; empty if they can.
+std::string obstacle_to_meeting(const Side& a, const Side& b, Index parts) {
+  const std::size_t count = a.notches.size();
+  if (count != b.notches.size())
+    return std::to_string(count) + " on one side, " + std::to_string(b.notches.size()) +
+           " on the other";
+  if (static_cast<std::size_t>(parts) <= count) return "they are closer than edges of the mesh";
+  for (std::size_t k = 0; k <= count; ++k) {
     const double of_a = stop_distance(a, k + 1) - stop_distance(a, k);
     const double of_b = stop_distance(b, k + 1) - stop_distance(b, k);
-    if (!(std::max(of_a, of_b) <= most_gathering * std::min(of_a, of_b))) return false;
+    if (!(std::max(of_a, of_b) <= most_gathering * std::min(of_a, of_b)))
+      return "the sides between them differ too much in length";
   }
-  return true;
+  return "";
 }
 
 }  // namespace
@@ -121,14 +128,10 @@ EdgeCuts cut_edges(const SewingPattern& pattern, const std::vector<std::vector<E
     const Side first = side_of(curves[at(a.panel)][at(a.edge)], of_a, false);
     const Side second = side_of(curves[at(b.panel)][at(b.edge)], of_b, opposite[k]);
     const Index count = parts[at(a.panel)][at(a.edge)];
-    const bool as_many = of_a.size() == of_b.size();
-    if (!as_many || static_cast<std::size_t>(count) <= of_a.size() || !meet(first, second)) {
-      cuts.notes.push_back("pattern.stitches[" + std::to_string(k) + "]: notches do not meet: " +
-                           (!as_many ? std::to_string(of_a.size()) + " on one side, " +
-                                           std::to_string(of_b.size()) + " on the other"
-                            : meet(first, second)
-                                ? "they are closer than edges of the mesh"
-                                : "the sides between them differ too much in length"));
+    const std::string obstacle = obstacle_to_meeting(first, second, count);
+    if (!obstacle.empty()) {
+      cuts.notes.push_back("pattern.stitches[" + std::to_string(k) +
+                           "]: notches do not meet: " + obstacle);
       continue;
     }
     const std::vector<Index> stops = stops_of(first, second, count);

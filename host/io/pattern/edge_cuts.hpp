@@ -16,9 +16,9 @@ struct EdgeCuts {
   std::vector<std::string> notes;  ///< a line for each stitch whose notches do not meet
 };
 
-/// Cuts edges into parts of equal length. Where two edges are sewn to each other alone and have
-/// equally many notches, these meet in their order, and the parts between two of them are of equal
-/// length. Notches at the ends of an edge say nothing; those on one side alone match nothing.
+/// Cuts edges into parts of equal length. If two edges are sewn only to each other and have the same
+/// number of notches, these meet in order, and the parts between two of them are of equal length.
+/// Notches at the ends of an edge, and on one side only, have no effect.
 /// @param opposite [stitches] see StitchDirections
 /// @param parts    [panels][edges], as many on both sides of a stitch
 EdgeCuts cut_edges(const SewingPattern& pattern, const std::vector<std::vector<EdgeCurve>>& curves,

@@ -183,8 +183,9 @@ void take_to_places(GarmentCloth& entry) {
   }
 }
 
-/// Moves a garment out of the body and what is worn beneath it, which stay, and of itself if
-/// `self`. What cannot be resolved is left to the start of the run, which moves all garments.
+/// Moves a garment out of the body and what is worn beneath it, neither of which moves. What cannot
+/// be resolved is left to the start of the run, which moves all garments.
+/// @param self also resolves intersections of the garment with itself
 /// @return whether it could be
 bool clear_alone(GarmentCloth& entry, const std::vector<const GarmentCloth*>& beneath,
                  const Scene& scene, bool self) {
@@ -287,10 +288,10 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
     }
     relax_start(entry.garment, entry.edge, body, inner);
     if (layered || entry.start != SewnStart::springs) {
-      // Where cloth runs through itself is seen to once it has contracted, which moves all of it.
+      // Contracting moves all of the cloth, so its intersections with itself are resolved later.
       if (clear_alone(entry, beneath, scene, false))
         tighten_start(entry.garment, entry.edge, body, inner);
-      // Outer layers start from here.
+      // Outer layers are placed around this one, which must not intersect itself then.
       if (layered) clear_alone(entry, beneath, scene, true);
     }
     beside.push_back(&entry);

@@ -328,7 +328,7 @@ class KernelBytes {
     if (counts.out_of_bounds != 0 || counts.face_pairs > static_cast<Index>(a.face_pairs.size()) ||
         counts.edge_pairs > static_cast<Index>(a.edge_pairs.size()))
       return sizeof counts;
-    // Corners and positions of all pairs, a slack each; of the contacts what they are and were.
+    // Corners, positions and separation bounds of all pairs; of contacts what they are and were.
     return pairs * (sizeof(Pair) + sizeof(float)) + all(a.surface.edges, a.triangles) +
            all(a.positions_t0, a.positions_t1) +
            times<Contact<T>>(listed(counts.contacts, a.contacts.size())) +
@@ -341,7 +341,7 @@ class KernelBytes {
     const double sum = pairs * sizeof(Pair) + all(a.edges, a.triangles, a.positions_t1) +
                        times<BoxOf<T>>(a.vertex_end - a.vertex_begin) +
                        times<Collision>(listed(counts.collisions, a.collisions.size()));
-    // In later rounds pairs are chosen by their vertices, in the first one by their slack.
+    // In later rounds pairs are chosen by their vertices, in the first by separation bounds.
     if (!a.moved.empty()) return sum + all(a.moved);
     return sum + pairs * sizeof(float) + all(a.predicted, a.deviation, a.positions_t0);
   }

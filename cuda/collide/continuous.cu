@@ -11,7 +11,7 @@ constexpr int ccd_threads = 64;
 
 /// What the stages hand on, each the marks of those items of the one before that may collide.
 struct ContinuousWork {
-  Marks loose;       ///< of the pairs, see cuda::PairItems: what the prediction's slack leaves
+  Marks loose;       ///< of the pairs, see cuda::PairItems: what separation bounds leave
   Marks close;       ///< of these: what boxes and planes leave
   Marks collisions;  ///< of these
 };

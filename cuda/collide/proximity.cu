@@ -20,7 +20,7 @@ __device__ cuda::PairItems items_of(const CollideProximity<T>& a) {
           a.edge_pairs.size()};
 }
 
-/// Writes a pair's slack as if it were no contact. @return whether it may be one
+/// Writes a pair's separation bound as if it were no contact. @return whether it may be one
 template <int First, class T>
 __device__ bool measure(const ProximityRule<T>& rule, std::uint32_t number) {
   PairLanes<T, First, 1> lane;
@@ -35,7 +35,8 @@ __device__ bool measure(const ProximityRule<T>& rule, std::uint32_t number) {
     distance = rule.template approach<First>(lane.corners(0)).distance;
     near = rule.template is_near<First>(lane.corners(0), distance, closing[0]);
   }
-  rule.template separation_bound<First>(number) = rule.slack_of(distance, closing[0], lane.size(0));
+  rule.template separation_bound<First>(number) =
+      rule.separation_bound_of(distance, closing[0], lane.size(0));
   return near;
 }
 

@@ -37,8 +37,8 @@ class ProximityFinder {
     look(rule, close);
   }
 
-  /// Writes the slack of pairs that boxes or planes keep apart, passes on the others, and empties
-  /// the lanes.
+  /// Writes the separation bounds of pairs that boxes or planes keep apart, passes on the others,
+  /// and empties the lanes.
   template <int First>
   void look(const ProximityRule<T>& rule, PairLanes<T, First>& lanes, ClosePairs<T, First>& close) {
     constexpr int width = PairLanes<T, First>::width;
@@ -47,7 +47,7 @@ class ProximityFinder {
     bool apart[width];
     rule.look(lanes, closing, reach, apart);
     for (int k = 0; k < width; ++k)
-      separation_bound[k] = rule.slack_of(reach[k], closing[k], lanes.size(k));
+      separation_bound[k] = rule.separation_bound_of(reach[k], closing[k], lanes.size(k));
     for (int k = 0; k < lanes.count(); ++k) {
       if (apart[k]) {
         rule.template separation_bound<First>(lanes.number(k)) = separation_bound[k];
@@ -61,7 +61,7 @@ class ProximityFinder {
     lanes.clear();
   }
 
-  /// Writes each pair's slack, appends contacts, and empties the lanes.
+  /// Writes each pair's separation bound, appends contacts, and empties the lanes.
   template <int First>
   void look(const ProximityRule<T>& rule, ClosePairs<T, First>& close) {
     T bound[ClosePairs<T, First>::width];
@@ -73,7 +73,7 @@ class ProximityFinder {
                              ? bound[k]
                              : measure<First>(rule, pair.number, pair.v, pair.closing, role);
       rule.template separation_bound<First>(pair.number) =
-          role == PairRole::apart ? rule.slack_of(distance, pair.closing, pair.size)
+          role == PairRole::apart ? rule.separation_bound_of(distance, pair.closing, pair.size)
                                   : separation_bound_of_contact;
     }
     close.clear();

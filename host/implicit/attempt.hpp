@@ -7,11 +7,12 @@ struct Attempt {
   double dt;             ///< [s]
   double h;              ///< [s] effective step of the integrator
   bool at_rest = false;  ///< x~ is x_n, so strain rates are 0 at the first iterate
-  /// No shorter one will follow: zones may move as rigid bodies, and what a shorter step would
-  /// avoid is accepted.
-  bool last_resort = false;
-  bool solved = true;  ///< there is a system, which may be solved again
-  bool whole = false;  ///< all of a step, and the first attempt at it
+  /// No shorter one will follow: zones may move as rigid bodies, and Newton's method may end in a
+  /// linear solve. Switches off ContactMotionLimit, the tests of energy and strain limits, and the
+  /// limits of unsolved rounds and of how far prescribed vertices give way at once.
+  bool must_stand = false;
+  bool may_solve_again = true;  ///< false: there is no system, and no test of the energy at its end
+  bool whole = false;           ///< all of a step, and the first attempt at it
 };
 
 }  // namespace weft

@@ -36,13 +36,13 @@ ZoneMotion simpler(ZoneMotion motion) {
 template <class T>
 CollisionResolver<T>::CollisionResolver(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
                                         std::vector<RankMotion<T>>& motion,
-                                        ContactDetection<T>& search, LinearSystem<T>& system,
+                                        ContactDetection<T>& detection, LinearSystem<T>& system,
                                         StepSolver<T>& solver,
                                         const PrescribedMotion<T>& prescribed, StageClock& clock,
                                         const StepPublisher& publisher)
     : store_(store),
       motion_(motion),
-      search_(search),
+      detection_(detection),
       solver_(solver),
       prescribed_(prescribed),
       clock_(clock),
@@ -60,8 +60,8 @@ void CollisionResolver<T>::begin_step(double nominal_step) {
 }
 
 template <class T>
-void CollisionResolver<T>::publish_work() const {
-  publisher_->set_zone_work(work_.left() + work_.reserved(), work_.granted());
+void CollisionResolver<T>::publish_budget() const {
+  publisher_->set_zone_work(budget_.left() + budget_.reserved(), budget_.granted());
 }
 
 template <class T>
@@ -69,7 +69,7 @@ void CollisionResolver<T>::begin() {
   DeviceSet& devices = store_.devices();
   for (int r = 0; r < devices.size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
-    devices[r].compute().fill(m.touched.data(), 0, m.touched.size());
+    devices[r].compute().fill(m.moved_in_attempt.data(), 0, m.moved_in_attempt.size());
   }
   zones_.begin();
   collisions_.clear();
@@ -94,10 +94,10 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
   int round = 0;
   for (int pass = 0; pass < passes_max; ++pass) {
     const std::size_t first_new = collisions_.size();
-    const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
+    const bool solve_next = a.may_solve_again && !free_saved && solves_again < solves_again_max;
     publisher_.enter(StepStage::detection, report);
-    search_.launch_continuous(later_round, may_solve_again, report);
-    const CollideCounts counts = search_.collect(collisions_, later_round, may_solve_again);
+    detection_.launch_continuous(later_round, solve_next, report);
+    const CollideCounts counts = detection_.collect(collisions_, later_round, solve_next);
     clock_.lap(report.resolve_collisions.detection);
     if (stopped(store_.devices(), report)) return false;
     if (counts.not_finite > 0)
@@ -113,18 +113,19 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
       collisions_.resize(first_new);
       ++report.rebuilds;
       publisher_.enter(StepStage::contacts, report);
-      search_.search_on_the_way(a.dt, report);
+      detection_.extend_pairs(a.dt, report);
       clock_.lap(report.resolve_collisions.searches);
       continue;
     }
-    if (counts.missed > 0 && may_solve_again) {
+    if (counts.missed > 0 && solve_next) {
       // Contacts that the prediction missed belong into the system, where all forces meet. Where
       // the system knew of all collisions, it would only come to the same end again.
       collisions_.resize(first_new);
       ++solves_again;
       const StageTimes stages = report.stages;
+      detection_.update_contacts(a.dt, report);
       const bool solved = solver_.solve_again(a, report);
-      report.stages = stages;  // that is all part of certifying, the systems' assembly too
+      report.stages = stages;  // all of it is part of resolving, the systems' assembly too
       clock_.lap(report.resolve_collisions.solves);
       if (!solved) return false;
       ++round;
@@ -133,7 +134,7 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
     if (counts.collisions == 0) {
-      if (!later_round) return certified(a, report);
+      if (!later_round) return is_acceptable(a, report);
       // Only pairs that zones have moved were looked at. What is accepted is what all pairs pass.
       later_round = false;
     } else {
@@ -142,7 +143,7 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
                     std::to_string(counts.collisions) + " impacts are left after " +
                         std::to_string(round) + " rounds",
                     place_of(store_, collisions_[first_new]));
-      if (work_.left() <= 0)
+      if (budget_.left() <= 0)
         return fail(report, Failure::intersection,
                     "impact zones have used up the work of this step",
                     place_of(store_, collisions_[first_new]));
@@ -150,8 +151,8 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
       free_saved = true;
       // Simpler motions come after the impacts have had half of the rounds to themselves.
       if (round >= rounds_max / 2)
-        zone_motion_ = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
-      if (a.last_resort && unsolved_rounds_ > unsolved_rounds_max) zone_motion_ = ZoneMotion::rigid;
+        zone_motion_ = a.must_stand ? ZoneMotion::rigid : ZoneMotion::planes;
+      if (a.must_stand && unsolved_rounds_ > unsolved_rounds_max) zone_motion_ = ZoneMotion::rigid;
       const bool responded = respond(a, first_new, report);
       clock_.lap(report.resolve_collisions.zones);
       if (!responded) return false;
@@ -167,26 +168,26 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
 /// A step that leaves no intersection stands, unless something had to yield too far for that, or
 /// shorter steps would avoid unexplained energy or a large jump of prescribed vertices.
 template <class T>
-bool CollisionResolver<T>::certified(const Attempt& a, StepReport& report) {
-  if (a.solved && !pulled_ && !collisions_.empty()) {
-    if (!a.last_resort && energy_.gained(a.dt, collisions_.size(), prescribed_.fixed()))
+bool CollisionResolver<T>::is_acceptable(const Attempt& a, StepReport& report) {
+  if (a.may_solve_again && !pulled_ && !collisions_.empty()) {
+    if (!a.must_stand && energy_.gained(a.dt, collisions_.size(), prescribed_.fixed()))
       return fail(report, Failure::intersection, "impact zones add energy in so long a step");
-    if (energy_.stretched(a.dt, a.last_resort))
+    if (energy_.stretched(a.dt, a.must_stand))
       return fail(report, Failure::intersection, "impact zones stretch cloth in so long a step");
-    if (!a.last_resort && energy_.broke_limits())
+    if (!a.must_stand && energy_.broke_limits())
       return fail(report, Failure::intersection,
                   "impact zones stretch cloth beyond its strain limits in so long a step");
   }
   if (!zones_.any_compliant()) return true;
   const Scene& scene = store_.scene();
   const auto misses = prescribed_.misses();
-  const bool may_be_halved = !a.last_resort && a.dt > compliance_step_min * nominal_step_;
-  if (a.solved && may_be_halved &&
+  const bool may_be_halved = !a.must_stand && a.dt > compliance_step_min * nominal_step_;
+  if (a.may_solve_again && may_be_halved &&
       misses.farther > compliant_at_once * contact_thickness(scene.contact))
     return fail(report, Failure::pinched,
                 "obstacles or pins would have to give way too far in one step");
   const bool too_far = misses.over_limit > 1;
-  if (!too_far || a.last_resort) {
+  if (!too_far || a.must_stand) {
     report.compliant = std::max(report.compliant, misses.count);
     report.compliance_distance = std::max(report.compliance_distance, misses.distance);
   }
@@ -196,10 +197,10 @@ bool CollisionResolver<T>::certified(const Attempt& a, StepReport& report) {
 /// Solves the impact zones and takes their outcome to all ranks (P-Cloth section 4.3).
 template <class T>
 bool CollisionResolver<T>::respond(const Attempt& a, std::size_t first_new, StepReport& report) {
-  const ZoneMotion last = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
+  const ZoneMotion last = a.must_stand ? ZoneMotion::rigid : ZoneMotion::planes;
   const auto solve_zones = [&] {
     return zones_.solve(
-        collisions_, first_new, zone_motion_, prescribed_.fixed(), work_.left(), [&](int zones) {
+        collisions_, first_new, zone_motion_, prescribed_.fixed(), budget_.left(), [&](int zones) {
           publisher_->set_round(report.zone_rounds + 1, zones,
                                 static_cast<std::int64_t>(collisions_.size() - first_new));
         });
@@ -221,8 +222,8 @@ bool CollisionResolver<T>::respond(const Attempt& a, std::size_t first_new, Step
   report.zone_largest = std::max(report.zone_largest, counts.largest);
   report.zone_passes += counts.passes;
   report.zone_visits += counts.visits;
-  work_.spend(counts.visits + join_visits * static_cast<std::int64_t>(collisions_.size()));
-  publish_work();
+  budget_.spend(counts.visits + join_visits * static_cast<std::int64_t>(collisions_.size()));
+  publish_budget();
   report.zones_unsolved += counts.unsolved;
   report.plane_zones += counts.planes;
   if (zone_motion_ == ZoneMotion::rigid) {
@@ -237,7 +238,7 @@ bool CollisionResolver<T>::respond(const Attempt& a, std::size_t first_new, Step
                 "cloth has no place between prescribed parts: " + zones_.pinched_parts(),
                 pinched_place(store_, collisions_, first_new, zones_.pinched()));
   unsolved_rounds_ = counts.unsolved_free > 0 ? unsolved_rounds_ + 1 : 0;
-  if (unsolved_rounds_ > unsolved_rounds_max && !a.last_resort)
+  if (unsolved_rounds_ > unsolved_rounds_max && !a.must_stand)
     return fail(report, Failure::intersection,
                 std::to_string(counts.unsolved_free) + " impact zones have no solution");
   apply(zones_.moved(), a.h);
@@ -256,7 +257,7 @@ void CollisionResolver<T>::apply(const std::vector<MovedVertex<T>>& moved, doubl
     queue.fill(m.moved_now.data(), 0, m.moved_now.size());
     launch(queue, RespondApply<T>{rank_moved_[n].span(), m.base_positions.span(), static_cast<T>(h),
                                   m.positions_t1.span(), m.velocities_t1.span(), m.moved_now.span(),
-                                  m.touched.span()});
+                                  m.moved_in_attempt.span()});
   }
 }
 
@@ -272,10 +273,10 @@ std::vector<Collision> CollisionResolver<T>::collisions_on_the_way(
     queue.copy(rank_moved_[n].data(), moves.data(), moves.size() * sizeof(MovedVertex<T>));
     launch(queue, IntegratePrescribe<T>{rank_moved_[n].span(), end.span()});
   }
-  search_.search(store_.scene().time.step, true, report);
-  search_.launch_continuous(false, false, report);
+  detection_.search(store_.scene().time.step, true, report);
+  detection_.launch_continuous(false, false, report);
   std::vector<Collision> collisions;
-  report.ccd_tests += search_.collect(collisions, false, false).ccd_tests;
+  report.ccd_tests += detection_.collect(collisions, false, false).ccd_tests;
   return collisions;
 }
 

@@ -5,8 +5,8 @@
 
 #include "host/implicit/attempt.hpp"
 #include "host/implicit/collision_response/impact_zones.hpp"
+#include "host/implicit/collision_response/zone_budget.hpp"
 #include "host/implicit/collision_response/zone_energy.hpp"
-#include "host/implicit/collision_response/zone_work.hpp"
 #include "host/implicit/contact/contact_detection.hpp"
 #include "host/implicit/parallel/stage_clock.hpp"
 #include "host/implicit/prescribed_motion.hpp"
@@ -24,7 +24,7 @@ template <class T>
 class CollisionResolver {
  public:
   CollisionResolver(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
-                    std::vector<RankMotion<T>>& motion, ContactDetection<T>& search,
+                    std::vector<RankMotion<T>>& motion, ContactDetection<T>& detection,
                     LinearSystem<T>& system, StepSolver<T>& solver,
                     const PrescribedMotion<T>& prescribed, StageClock& clock,
                     const StepPublisher& publisher);
@@ -35,8 +35,11 @@ class CollisionResolver {
   void set_pulled(bool pulled) { pulled_ = pulled; }
 
   /// Work that zones may still do in this step.
-  ZoneWork& work() noexcept { return work_; }
-  void publish_work() const;
+  ZoneBudget& budget() noexcept { return budget_; }
+  void grant(std::int64_t visits) {
+    budget_.grant(visits);
+    publish_budget();
+  }
 
   /// Continuous detection and impact zones by turns until detection is silent (P-Cloth section 4).
   /// Only then is the step free of intersections: pairs that the broad phase left out cannot meet
@@ -70,19 +73,20 @@ class CollisionResolver {
 
  private:
   void begin();
-  bool certified(const Attempt& a, StepReport& report);
+  void publish_budget() const;
+  bool is_acceptable(const Attempt& a, StepReport& report);
   bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
 
   Store<T>& store_;
   std::vector<RankMotion<T>>& motion_;
-  ContactDetection<T>& search_;
+  ContactDetection<T>& detection_;
   StepSolver<T>& solver_;
   const PrescribedMotion<T>& prescribed_;
   StageClock& clock_;
   const StepPublisher& publisher_;
   ImpactZones<T> zones_;
   ZoneEnergy<T> energy_;
-  ZoneWork work_;
+  ZoneBudget budget_;
   std::vector<Collision> collisions_;
   std::vector<Buffer<MovedVertex<T>>> rank_moved_;
   ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< for the remaining rounds of the attempt

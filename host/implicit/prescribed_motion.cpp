@@ -31,9 +31,8 @@ constexpr double rounding_share = 2 * static_cast<double>(epsilon<T>);
 
 template <class T>
 PrescribedMotion<T>::PrescribedMotion(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
-                                      std::vector<RankMotion<T>>& motion, LinearSystem<T>& system,
-                                      StepSolver<T>& solver)
-    : store_(store), geometry_(geometry), motion_(motion), system_(system), solver_(solver) {
+                                      std::vector<RankMotion<T>>& motion, LinearSystem<T>& system)
+    : store_(store), geometry_(geometry), motion_(motion), system_(system) {
   for (int r = 0; r < store.devices().size(); ++r) rank_targets_.emplace_back(store.devices()[r]);
 }
 
@@ -48,7 +47,6 @@ void PrescribedMotion<T>::place(double time) {
     fixed_ = fixed;
     system_.hold(fixed_);
   }
-  solver_.set_springs(time);
   const VertexRun placed = place_obstacles(scene, model, time, placed_);
   targets_.clear();
   for (const auto& p : model.pinned)

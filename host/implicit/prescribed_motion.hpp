@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "host/implicit/linear/linear_system.hpp"
-#include "host/implicit/step_solver.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "host/state/store.hpp"
 #include "weft/report.hpp"
@@ -17,11 +16,9 @@ template <class T>
 class PrescribedMotion {
  public:
   PrescribedMotion(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
-                   std::vector<RankMotion<T>>& motion, LinearSystem<T>& system,
-                   StepSolver<T>& solver);
+                   std::vector<RankMotion<T>>& motion, LinearSystem<T>& system);
 
-  /// Sets obstacles and pinned vertices at the end of the motion, and springs, as they are at
-  /// `time`.
+  /// Sets obstacles and pinned vertices at the end of the motion, as they are at `time`.
   void place(double time);
 
   /// [vertices] 1 if the position is prescribed, see fixed_vertices()
@@ -52,7 +49,6 @@ class PrescribedMotion {
   std::vector<RankGeometry<T>>& geometry_;
   std::vector<RankMotion<T>>& motion_;
   LinearSystem<T>& system_;
-  StepSolver<T>& solver_;
   std::vector<unsigned char> fixed_;     ///< as uploaded
   std::vector<MovedVertex<T>> targets_;  ///< of pinned vertices
   std::vector<Buffer<MovedVertex<T>>> rank_targets_;

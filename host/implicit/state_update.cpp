@@ -20,11 +20,12 @@ constexpr double weightless_load_share = 0.05;
 
 template <class T>
 StateUpdate<T>::StateUpdate(Store<T>& store, const std::vector<RankGeometry<T>>& geometry,
-                            std::vector<RankMotion<T>>& motion, const ContactDetection<T>& search)
+                            std::vector<RankMotion<T>>& motion,
+                            const ContactDetection<T>& detection)
     : store_(store),
       geometry_(geometry),
       motion_(motion),
-      search_(search),
+      detection_(detection),
       error_estimate_(store) {}
 
 template <class T>
@@ -34,11 +35,11 @@ void StateUpdate<T>::cache_contacts(double dt) {
       load_falls * std::sqrt(contact_thickness(store_.scene().contact) / gravity);
   const double load_share = gravity > 0 ? std::min(1.0, dt / load_time) : weightless_load_share;
   for (int r = 0; r < store_.devices().size(); ++r) {
-    const Span<const Contact<T>> contacts = search_.contacts(r);
+    const Span<const Contact<T>> contacts = detection_.contacts(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     m.contacts.grow(contacts.size());
     m.contacts.resize(contacts.size());
-    m.face_contacts = search_.face_contacts();
+    m.face_contacts = detection_.face_contacts();
     Queue& queue = store_.devices()[r].compute();
     queue.fill(m.crushed.data(), 0, m.crushed.size());
     queue.fill(m.crushed_in_jam.data(), 0, m.crushed_in_jam.size());
@@ -56,8 +57,8 @@ void StateUpdate<T>::remember_touched(Hardening hardening) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     launch(store_.devices()[r].compute(),
-           RespondRemember{m.touched.span(), m.crushed.span(), m.crushed_in_jam.span(), hardening,
-                           store_.rank(r).touched.span()});
+           RespondRemember{m.moved_in_attempt.span(), m.crushed.span(), m.crushed_in_jam.span(),
+                           hardening, store_.rank(r).touched.span()});
   }
 }
 

@@ -14,7 +14,7 @@ template <class T>
 class StateUpdate {
  public:
   StateUpdate(Store<T>& store, const std::vector<RankGeometry<T>>& geometry,
-              std::vector<RankMotion<T>>& motion, const ContactDetection<T>& search);
+              std::vector<RankMotion<T>>& motion, const ContactDetection<T>& detection);
 
   /// No part of the step has been accepted yet.
   void begin_step() { step_error_ = 0; }
@@ -35,7 +35,7 @@ class StateUpdate {
   Store<T>& store_;
   const std::vector<RankGeometry<T>>& geometry_;
   std::vector<RankMotion<T>>& motion_;
-  const ContactDetection<T>& search_;
+  const ContactDetection<T>& detection_;
   StepError<T> error_estimate_;
   double step_error_ = 0;
 };

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "host/implicit/parallel/exchange.hpp"
-#include "host/implicit/step_failure.hpp"
 #include "weft/error.hpp"
 #include "weft/kernels/integrate/advance.hpp"
 #include "weft/kernels/integrate/apply_forces.hpp"
@@ -40,17 +39,17 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       geometry_(make_ranks<RankGeometry<T>>(store, make_geometry<T>)),
       motion_(make_ranks<RankMotion<T>>(store, make_motion<T>)),
       clock_(store.devices()),
-      search_(store, geometry_, motion_,
-              before != nullptr ? before->search_.hints() : DetectionHints{}),
+      detection_(store, geometry_, motion_,
+                 before != nullptr ? before->detection_.hints() : DetectionHints{}),
       system_(store, geometry_, motion_),
       rows_(store, geometry_, system_),
-      solver_(store, geometry_, motion_, search_, system_, clock_, publisher_),
-      prescribed_(store, geometry_, motion_, system_, solver_),
-      reach_(store, search_),
-      resolver_(store, geometry_, motion_, search_, system_, solver_, prescribed_, clock_,
+      solver_(store, geometry_, motion_, detection_, system_, clock_, publisher_),
+      prescribed_(store, geometry_, motion_, system_),
+      motion_limit_(store, detection_),
+      resolver_(store, geometry_, motion_, detection_, system_, solver_, prescribed_, clock_,
                 publisher_),
-      update_(store, geometry_, motion_, search_),
-      truncated_(store, motion_, search_, solver_, prescribed_, resolver_, update_, publisher_),
+      update_(store, geometry_, motion_, detection_),
+      truncated_(store, motion_, detection_, solver_, prescribed_, resolver_, update_, publisher_),
       external_work_(store, geometry_),
       epoch_(store.epoch()) {}
 
@@ -65,11 +64,12 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   step_begin_ = store_.time;
   step_length_ = dt;
   const double nominal_step = automatic ? dt : store_.scene().time.step;
-  search_.set_nominal_step(nominal_step);
+  detection_.set_nominal_step(nominal_step);
   resolver_.begin_step(nominal_step);
   update_.begin_step();
-  reach_.begin_step();
-  set_truncating(false);
+  motion_limit_.begin_step();
+  solver_.set_truncating(false);
+  publisher_.set_truncating(false);
   work_ = 0;
   report.work.reset();
   const Backoff before = store_.backoff;
@@ -79,14 +79,16 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   const int bisections = store_.scene().contact.substep_bisections;
   const bool rarely =
       backoff.truncated >= truncations_least && backoff.truncated % full_try_interval != 0;
-  grant_zone_work(rarely ? 0 : ZoneWork::of_step(store_.model().cloth_vertex_count));
-  bool good = advance_bisecting(dt, bisections, report);
-  if (!good && collisions_failed(report)) {
+  resolver_.grant(rarely ? 0 : ZoneBudget::of_step(store_.model().cloth_vertex_count));
+  const std::optional<Fallback> next = advance_bisecting(dt, bisections, report);
+  bool good = !next;
+  if (next == Fallback::truncate) {
     const bool attempted = !kept_;
     if (std::exchange(kept_, false)) store_.go_back();
     store_.backoff = backoff;
     update_.begin_step();
-    set_truncating(true);
+    solver_.set_truncating(true);
+    publisher_.set_truncating(true);
     work_ = 0;
     truncated_.grant();
     good =
@@ -103,7 +105,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
     if (kept_) store_.go_back();
     store_.backoff = before;
   }
-  report.balance += search_.take_balance();
+  report.balance += detection_.take_balance();
   const Tally end = tally();
   report.certificate_seconds += end.certificate_seconds - start.certificate_seconds;
   report.allocations += end.allocations - start.allocations;
@@ -111,25 +113,24 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
 }
 
 template <class T>
-bool ImplicitStep<T>::advance_bisecting(double dt, int bisections_left, StepReport& report) {
+std::optional<Fallback> ImplicitStep<T>::advance_bisecting(double dt, int bisections_left,
+                                                           StepReport& report) {
   const double end = store_.time + dt;
   Backoff& backoff = store_.backoff;
   const bool whole = bisections_left == store_.scene().contact.substep_bisections;
   if (whole && bisections_left > 0 && backoff.left > 0) {
     --backoff.left;
-  } else if (bisections_left == 0 || !reach_.exceeded_in(dt)) {
+  } else if (bisections_left == 0 || !motion_limit_.exceeded_in(dt)) {
     // Bisections have not avoided the truncation of the step before, and do not part what has to
     // give way.
     if (bisections_left > 0 && backoff.truncated == 0 && !resolver_.any_may_comply())
-      resolver_.work().reserve();
-    Attempt a = begin(dt, bisections_left == 0);
-    a.whole = whole;
-    const bool good = attempt(a, report);
-    resolver_.work().release();
+      resolver_.budget().reserve();
+    const bool good = attempt(make_attempt(dt, bisections_left == 0, whole), report);
+    resolver_.budget().release();
     if (whole && good) backoff.left = backoff.run = 0;
-    if (good) return true;
-    if (bisections_left == 0 || report.failure == Failure::stopped) return false;
-    if (collisions_failed(report) && resolver_.work().left() <= 0) return false;
+    if (good) return {};
+    const Fallback next = after_failure(report, bisections_left, resolver_.budget().left());
+    if (next != Fallback::halve) return next;
     if (whole && report.failure == Failure::not_converged) backoff.begin_run();
     ++report.retries;
   }
@@ -137,10 +138,10 @@ bool ImplicitStep<T>::advance_bisecting(double dt, int bisections_left, StepRepo
   if (!std::exchange(kept_, true)) store_.keep();
   report.fallback_level = std::max(report.fallback_level, FallbackLevel::halved);
   report.clear_failure();
-  if (!advance_bisecting(dt / 2, bisections_left - 1, report)) return false;
-  if (!advance_bisecting(dt / 2, bisections_left - 1, report)) return false;
+  for (int half = 0; half < 2; ++half)
+    if (const auto next = advance_bisecting(dt / 2, bisections_left - 1, report)) return next;
   store_.time = end;  // two halves must end where the whole would have, to the bit
-  return true;
+  return {};
 }
 
 /// The step in one piece if prescribed vertices can keep to their limits, else in halves.
@@ -149,17 +150,16 @@ template <class T>
 bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool attempted,
                                          StepReport& report) {
   const double end = store_.time + dt;
-  const Attempt a = begin(dt, true);
-  const bool in_one = bisections_left == 0 || !reach_.exceeded_in(dt);
+  const Attempt a = make_attempt(dt, true);
+  const bool in_one = bisections_left == 0 || !motion_limit_.exceeded_in(dt);
   if (in_one && !attempted) {
     report.clear_failure();
-    grant_zone_work(ZoneWork::of_part(store_.model().cloth_vertex_count));
+    resolver_.grant(ZoneBudget::of_part(store_.model().cloth_vertex_count));
     if (attempt(a, report)) return true;
   }
-  if (in_one && collisions_failed(report)) {
-    publish_substep(a);
-    if (truncated_.advance(a, bisections_left > 0, watch_, report)) return true;
-  }
+  if (in_one && collisions_failed(report) &&
+      truncated_.advance(a, bisections_left > 0, watch_, report))
+    return true;
   if (report.failure == Failure::stopped || bisections_left == 0 || !truncated_.may_approach())
     return false;
   ++report.retries;
@@ -170,44 +170,43 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
   return true;
 }
 
-/// One step of length a.dt, in the order of P-Cloth figure 2.
+/// One step of length a.dt. Its stages are the rows of the table in ARCHITECTURE.md.
 template <class T>
 bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   DeviceSet& devices = store_.devices();
   if (stopped(devices, report)) return false;
   const int iterations_before = report.iterations;
-  publish_substep(a);
+  publisher_->set_substep(a.dt / step_length_, (store_.time - step_begin_) / step_length_);
   publisher_.enter(StepStage::prediction, report);
   clock_.mark(StageClock::begin);
   prescribed_.place(store_.time + a.dt);
+  solver_.set_springs(store_.time + a.dt);
   if (tracked_) tracked_->aim(store_.time + a.dt, prescribed_.fixed());
   set_base(a);
   predict(a);
   clock_.mark(StageClock::predicted);
   publisher_.enter(StepStage::contacts, report);
-  search_.search(a.dt, search_every_step_, report);
+  detection_.search(a.dt, search_every_step_, report);
   clock_.mark(StageClock::contacts);
-  reach_.measure(a.dt, prescribed_.placed());
-  if (!a.last_resort && reach_.exceeded_in(a.dt)) {
-    sync_ranks(devices);
-    return false;
-  }
+  motion_limit_.measure(a.dt, prescribed_.placed());
+  const bool within_limit =
+      a.must_stand || !motion_limit_.exceeded_in(a.dt) || fail(report, Failure::contact_motion, "");
   publisher_.enter(StepStage::solve, report);
-  const bool solved = solver_.solve(a, report);
+  const bool solved = within_limit && solver_.solve(a, report);
   clock_.mark(StageClock::solved);
   const bool good = solved && !stopped(devices, report) && resolver_.resolve(a, report);
-  report.self_certified = report.self_certified && !search_.lists_self();
+  report.self_certified = report.self_certified && !detection_.lists_self();
   if (good) update_.cache_contacts(a.dt);
   if (good) update_.remember_touched(hardening(a));
   if (good && tracked_) report_tracking(report);
-  clock_.mark(StageClock::certified);
+  clock_.mark(StageClock::resolved);
   if (devices.size() > 1) system_.ask_row_work();
   sync_ranks(devices);
   rows_.count(report.iterations - iterations_before, report);
   report.stages.other += clock_.between(StageClock::begin, StageClock::predicted);
   report.stages.contacts += clock_.between(StageClock::predicted, StageClock::contacts);
   report.stages.solve += clock_.between(StageClock::contacts, StageClock::solved);
-  report.stages.resolve_collisions += clock_.between(StageClock::solved, StageClock::certified);
+  report.stages.resolve_collisions += clock_.between(StageClock::solved, StageClock::resolved);
   if (good && watch_) watch_(store_.rank(0).positions.span(), motion_.front().positions_t1.span());
   if (good) add_work(a, report);
   if (good) update_.accept(a.dt);
@@ -215,8 +214,8 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
 }
 
 template <class T>
-Attempt ImplicitStep<T>::begin(double dt, bool last_resort) const {
-  Attempt a{.dt = dt, .h = dt, .at_rest = true, .last_resort = last_resort};
+Attempt ImplicitStep<T>::make_attempt(double dt, bool must_stand, bool whole) const {
+  Attempt a{.dt = dt, .h = dt, .at_rest = true, .must_stand = must_stand, .whole = whole};
   if (store_.scene().integrator == Integrator::bdf2 && store_.previous_step > 0) {
     const double q = dt / store_.previous_step;
     a.h = dt * (1 + q) / (1 + 2 * q);
@@ -287,7 +286,7 @@ void ImplicitStep<T>::add_work(const Attempt& a, const StepReport& report) {
   const RankMotion<T>& m = motion_.front();
   work_ += external_work_.of(
       {a.dt, solver_.is_linear(), solver_.residual(report), &prescribed_.fixed(),
-       search_.contacts(0), resolver_.solved_positions(0), resolver_.solved_velocities(0),
+       detection_.contacts(0), resolver_.solved_positions(0), resolver_.solved_velocities(0),
        m.positions_t1.span(), m.velocities_t1.span(), &resolver_.collisions()});
 }
 
@@ -318,8 +317,8 @@ bool ImplicitStep<T>::displace(const std::vector<Vec3<T>>& places, double time,
                                StepReport& report) {
   DeviceSet& devices = store_.devices();
   const double dt = store_.scene().time.step;
-  const Attempt a{.dt = dt, .h = dt, .at_rest = true, .last_resort = true, .solved = false};
-  grant_zone_work(ZoneWork::of_step(store_.model().cloth_vertex_count));
+  const Attempt a{.dt = dt, .h = dt, .at_rest = true, .must_stand = true, .may_solve_again = false};
+  resolver_.grant(ZoneBudget::of_step(store_.model().cloth_vertex_count));
   for (int r = 0; r < devices.size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     Queue& queue = devices[r].compute();
@@ -328,8 +327,9 @@ bool ImplicitStep<T>::displace(const std::vector<Vec3<T>>& places, double time,
                m.velocities_t1.size() * sizeof(Vec3<T>));
   }
   prescribed_.place(time);
+  solver_.set_springs(time);
   set_base(a);
-  search_.search(dt, true, report);
+  detection_.search(dt, true, report);
   const bool good = resolver_.resolve(a, report);
   sync_ranks(devices);
   if (!good) return false;
@@ -340,25 +340,8 @@ bool ImplicitStep<T>::displace(const std::vector<Vec3<T>>& places, double time,
 }
 
 template <class T>
-void ImplicitStep<T>::grant_zone_work(std::int64_t visits) {
-  resolver_.work().grant(visits);
-  resolver_.publish_work();
-}
-
-template <class T>
-void ImplicitStep<T>::set_truncating(bool truncating) {
-  solver_.set_truncating(truncating);
-  publisher_.set_truncating(truncating);
-}
-
-template <class T>
-void ImplicitStep<T>::publish_substep(const Attempt& a) const {
-  publisher_->set_substep(a.dt / step_length_, (store_.time - step_begin_) / step_length_);
-}
-
-template <class T>
 typename ImplicitStep<T>::Tally ImplicitStep<T>::tally() const {
-  Tally tally{search_.certificate_seconds(), 0, store_.devices()[0].compute().sync_count()};
+  Tally tally{detection_.certificate_seconds(), 0, store_.devices()[0].compute().sync_count()};
   for (int r = 0; r < store_.devices().size(); ++r)
     tally.allocations += store_.devices()[r].allocation_count();
   return tally;

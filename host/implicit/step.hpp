@@ -1,19 +1,21 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "host/implicit/attempt.hpp"
 #include "host/implicit/collision_resolver.hpp"
 #include "host/implicit/contact/contact_detection.hpp"
-#include "host/implicit/contact_reach.hpp"
+#include "host/implicit/contact_motion_limit.hpp"
 #include "host/implicit/external_work.hpp"
 #include "host/implicit/linear/linear_system.hpp"
 #include "host/implicit/parallel/stage_clock.hpp"
 #include "host/implicit/prescribed_motion.hpp"
 #include "host/implicit/row_sharing.hpp"
 #include "host/implicit/state_update.hpp"
+#include "host/implicit/step_failure.hpp"
 #include "host/implicit/step_publisher.hpp"
 #include "host/implicit/step_solver.hpp"
 #include "host/implicit/tracking/tracking.hpp"
@@ -32,11 +34,9 @@ class ImplicitStep final : public StepMethod {
   /// @param before step of the previous topology, for its detection hints; null: none
   explicit ImplicitStep(Store<T>& store, const ImplicitStep* before = nullptr);
 
-  /// Advances the store by `dt`. An attempt that fails is repeated as two halves, as often as the
-  /// scene allows. If solves keep failing, steps begin bisected, see Backoff. In the shortest
-  /// substep impact zones may move as rigid bodies. If that fails too, or takes too much work,
-  /// motions are truncated. If prescribed vertices would then miss their targets by more than they
-  /// may, or if the devices are told to stop, report.failure says why, and the store is unchanged.
+  /// Advances the store by `dt`, on the first fallback level of ARCHITECTURE.md that succeeds. If
+  /// none does, or if the devices are told to stop, report.failure says why, and the store is
+  /// unchanged.
   void advance(double dt, StepReport& report) override;
 
   /// Called with every accepted step or substep, before its end becomes the state. A substep may
@@ -83,19 +83,16 @@ class ImplicitStep final : public StepMethod {
 
  private:
   // The levels of fallback: whole, halved and rigid; truncated.
-  bool advance_bisecting(double dt, int bisections_left, StepReport& report);
+  std::optional<Fallback> advance_bisecting(double dt, int bisections_left, StepReport& report);
   bool advance_truncating(double dt, int bisections_left, bool attempted, StepReport& report);
   // An attempt and its stages.
   bool attempt(const Attempt& a, StepReport& report);
-  Attempt begin(double dt, bool last_resort) const;
+  Attempt make_attempt(double dt, bool must_stand, bool whole = false) const;
   void set_base(const Attempt& a);
   void predict(const Attempt& a);
   Hardening hardening(const Attempt& a) const;
   void add_work(const Attempt& a, const StepReport& report);
 
-  void grant_zone_work(std::int64_t visits);
-  void set_truncating(bool truncating);
-  void publish_substep(const Attempt& a) const;
   void report_tracking(StepReport& report);
 
   /// Of all steps so far.
@@ -110,12 +107,12 @@ class ImplicitStep final : public StepMethod {
   std::vector<RankMotion<T>> motion_;
   StageClock clock_;
   StepPublisher publisher_;
-  ContactDetection<T> search_;
+  ContactDetection<T> detection_;
   LinearSystem<T> system_;
   RowSharing<T> rows_;
   StepSolver<T> solver_;
   PrescribedMotion<T> prescribed_;
-  ContactReach<T> reach_;
+  ContactMotionLimit<T> motion_limit_;
   CollisionResolver<T> resolver_;
   StateUpdate<T> update_;
   TruncatedStep<T> truncated_;

@@ -42,4 +42,15 @@ inline bool collisions_failed(const StepReport& report) {
   return report.failure == Failure::intersection || report.failure == Failure::pinched;
 }
 
+/// What follows a failed attempt of the levels whole, halved and rigid.
+enum class Fallback { halve, truncate, fail };
+
+/// The fallback table of ARCHITECTURE.md. `budget` is what impact zones have left.
+inline Fallback after_failure(const StepReport& report, int bisections_left, std::int64_t budget) {
+  if (report.failure == Failure::stopped) return Fallback::fail;
+  const bool may_truncate = collisions_failed(report);
+  if (bisections_left > 0 && (!may_truncate || budget > 0)) return Fallback::halve;
+  return may_truncate ? Fallback::truncate : Fallback::fail;
+}
+
 }  // namespace weft

@@ -69,13 +69,13 @@ bool is_draping(const Scene& scene) {
 
 template <class T>
 StepSolver<T>::StepSolver(Store<T>& store, const std::vector<RankGeometry<T>>& geometry,
-                          std::vector<RankMotion<T>>& motion, ContactDetection<T>& search,
+                          std::vector<RankMotion<T>>& motion, ContactDetection<T>& detection,
                           LinearSystem<T>& system, StageClock& clock,
                           const StepPublisher& publisher)
     : store_(store),
       geometry_(geometry),
       motion_(motion),
-      search_(search),
+      detection_(detection),
       system_(system),
       clock_(clock),
       publisher_(publisher) {
@@ -97,13 +97,13 @@ void StepSolver<T>::set_springs(double time) {
                        vec_cast<T>(s.along)});
     seams_pull_ = seams_pull_ || s.v[1] >= 0;
   }
-  search_.let_seams_close(seams_pull_);
+  detection_.let_seams_close(seams_pull_);
   system_.set_springs(springs);
 }
 
 template <class T>
 bool StepSolver<T>::solve(const Attempt& a, StepReport& report) {
-  floor_ = {};
+  rules_ = {};
   refined_ = false;
   switch (store_.scene().solver.newton_iterations) {
     case 0:
@@ -143,7 +143,7 @@ bool StepSolver<T>::solve_newton(const Attempt& a, StepReport& report) {
     if (!finish_solve(a, {floor}, report)) return false;
     if (k == 0) {
       book_assembly(report);
-      first_reference_ = floor_.reference;
+      first_reference_ = rules_.reference;
     }
     if (!search_line(a, report)) return false;
     if (report.newton_residual <= settings.newton_tolerance) break;
@@ -159,44 +159,44 @@ bool StepSolver<T>::refine(const Attempt& a, StepReport& report) {
   if (!refined_) {
     if (is_nearly_linear(a)) return true;
     refined_ = true;
-    first_reference_ = floor_.reference;
+    first_reference_ = rules_.reference;
     start_at_prediction(a);
     at_ = {.h = a.h, .refresh = false};
     assemble();
-    floor_ = {refined_tolerance * floor_.reference, refined_tolerance * floor_.scale,
+    rules_ = {refined_tolerance * rules_.reference, refined_tolerance * rules_.scale,
               refined_residual / refined_tolerance};
   }
-  const SolveFloor whole = floor_;
+  const SolveRules whole = rules_;
   // Where little is not linear, the first solve is all there is to do.
-  SolveFloor floor = whole;
+  SolveRules rules = whole;
   for (int k = 0; k <= refinements_max; ++k) {
     const int iterations = report.iterations;
-    const bool solved = finish_solve(a, floor, report, true);
-    floor_ = whole;
+    const bool solved = finish_solve(a, rules, report, true);
+    rules_ = whole;
     if (!solved) return false;
     if (report.iterations == iterations) {
-      if (!(floor.gain > 0)) return true;
+      if (!(rules.gain > 0)) return true;
       // Converged but for what the last solve has left.
-      floor.gain = floor.accept = 0;
+      rules.gain = rules.accept = 0;
       continue;
     }
     if (k == refinements_max) break;
     ++report.newton_iterations;
     if (!search_line(a, report)) return false;
-    if (!(floor.accept > 0)) return true;
-    if (!seams_pull_) floor.gain = refined_gain;
+    if (!(rules.accept > 0)) return true;
+    if (!seams_pull_) rules.gain = refined_gain;
   }
   const bool converged = report.newton_residual <= 1;
   const bool broken = converged && store_.backoff.stretched == 0 && !keeps_limits();
-  if (converged && (!broken || a.last_resort)) return true;
-  if (!a.last_resort)
+  if (converged && (!broken || a.must_stand)) return true;
+  if (!a.must_stand)
     return fail(report, Failure::not_converged,
                 "Newton's method stopped at " + std::to_string(report.newton_residual) +
                     " of its first residual after " + std::to_string(refinements_max) +
                     " iterations");
   // No step is shorter.
   refined_ = false;
-  floor_ = {};
+  rules_ = {};
   return solve_once(a, report);
 }
 
@@ -263,21 +263,20 @@ bool StepSolver<T>::search_line(const Attempt& a, StepReport& report) {
 
 template <class T>
 bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
-  search_.update_contacts(a.dt, report);
   const int newton_iterations = store_.scene().solver.newton_iterations;
   // The search takes contacts for what they were in the last step. Of friction between several
   // cloths the solve knows better. Layers of one cloth in a jam would come closer to each other.
   const bool several = geometry_[0].component_inverse_mass.size() > 1;
   if (several && !refined_ && newton_iterations <= 1) update_active_set({.parted = true});
-  system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-  const SolveFloor floor = floor_;
+  system_.replace_contacts(at_, [this](int r) { return detection_.contacts(r); });
+  const SolveRules rules = rules_;
   if (refined_) {
-    if (!finish_solve(a, floor, report, true)) return false;
-    floor_ = floor;
+    if (!finish_solve(a, rules, report, true)) return false;
+    rules_ = rules;
     return search_line(a, report) && refine(a, report);
   }
-  if (newton_iterations > 1) return finish_solve(a, floor, report) && search_line(a, report);
-  return solve_with_early_look(a, floor, report) && iterate_active_set(a, report) &&
+  if (newton_iterations > 1) return finish_solve(a, rules, report) && search_line(a, report);
+  return solve_with_early_look(a, rules, report) && iterate_active_set(a, report) &&
          (newton_iterations == 1 || refine(a, report));
 }
 
@@ -285,25 +284,25 @@ bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
 /// if these are not those that it was made for, only its beginning has been in vain, else it is
 /// resumed. Friction is left to whole solves: chosen in docs/decisions/002-contacts.md.
 template <class T>
-bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, StepReport& report) {
-  if (search_.contacts(0).empty()) return finish_solve(a, floor, report);
-  floor.pause = early_share;
-  if (!finish_solve(a, floor, report)) return false;
+bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveRules rules, StepReport& report) {
+  if (detection_.contacts(0).empty()) return finish_solve(a, rules, report);
+  rules.pause = early_share;
+  if (!finish_solve(a, rules, report)) return false;
   const bool right = is_right(update_active_set({.early = true, .compare = true}));
   if (right && !paused_) return true;
-  floor.pause = 0;
-  floor.pause_for_contacts = a.whole;
+  rules.pause = 0;
+  rules.pause_for_contacts = a.whole;
   if (right) {
-    floor.resume = true;
+    rules.resume = true;
   } else {
     ++report.active_set_iterations;
     update_active_set({.early = true});
-    system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-    floor = floor_;
-    floor.keep = true;
-    floor.pause_for_contacts = a.whole;
+    system_.replace_contacts(at_, [this](int r) { return detection_.contacts(r); });
+    rules = rules_;
+    rules.keep = true;
+    rules.pause_for_contacts = a.whole;
   }
-  return finish_solve(a, floor, report);
+  return finish_solve(a, rules, report);
 }
 
 /// A single linear solve has to guess which contacts push and what their friction is. Where its
@@ -317,18 +316,18 @@ bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   for (int k = 0; k < iterations_max; ++k) {
     const bool last = k + 1 == iterations_max;
     if (paused_ && is_right(update_active_set({.compare = true, .last = last}))) {
-      SolveFloor floor = floor_;
-      floor.resume = true;
-      if (!finish_solve(a, floor, report)) return false;
+      SolveRules rules = rules_;
+      rules.resume = true;
+      if (!finish_solve(a, rules, report)) return false;
     }
     // Only whole solves show which contacts are crushed.
     if (is_right(update_active_set({.may_become_firm = a.whole && !paused_, .last = last})))
       return true;
     ++report.active_set_iterations;
-    system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-    SolveFloor floor = floor_;
-    floor.pause_for_contacts = a.whole && !last;
-    if (!finish_solve(a, floor, report)) return false;
+    system_.replace_contacts(at_, [this](int r) { return detection_.contacts(r); });
+    SolveRules rules = rules_;
+    rules.pause_for_contacts = a.whole && !last;
+    if (!finish_solve(a, rules, report)) return false;
   }
   return true;
 }
@@ -337,7 +336,7 @@ bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
 template <class T>
 bool StepSolver<T>::is_right(const ContactMismatch& mismatch) const {
   const double share = active_set_share * store_.scene().solver.tolerance;
-  return mismatch.impulse <= share * floor_.reference && mismatch.friction <= friction_missed_max;
+  return mismatch.impulse <= share * rules_.reference && mismatch.friction <= friction_missed_max;
 }
 
 template <class T>
@@ -363,7 +362,7 @@ bool StepSolver<T>::solve_about_state(const Attempt& a, StepReport& report) {
 /// what they are, unless they are to be compared only.
 template <class T>
 ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
-  if (search_.contacts(0).empty()) return {};
+  if (detection_.contacts(0).empty()) return {};
   const double gravity = length(store_.scene().gravity);
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
@@ -375,7 +374,7 @@ ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
     launch(
         queue,
         AssembleActiveSetUpdate<T>{
-            search_.contacts(r), motion_[n].positions_t1.span(), store_.rank(r).positions.span(),
+            detection_.contacts(r), motion_[n].positions_t1.span(), store_.rank(r).positions.span(),
             g.component_of_vertex.span(), g.component_inverse_mass.span(),
             store_.model().cloth_vertex_count, static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0,
             how.may_become_firm ? store_.rank(r).touched.span() : Span<const unsigned char>(),
@@ -401,16 +400,16 @@ ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
 /// Solves the assembled system and takes the outcome to all ranks.
 /// @param may_fall_short a solve that does not converge is no failure
 template <class T>
-bool StepSolver<T>::finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
+bool StepSolver<T>::finish_solve(const Attempt& a, const SolveRules& rules, StepReport& report,
                                  bool may_fall_short) {
   if (stopped(store_.devices(), report)) return false;
   publisher_.enter(StepStage::solve, report);
-  system_.launch_solve(at_, floor);
+  system_.launch_solve(at_, rules);
   spread_solution(a);
   const SolveStatus status = system_.status();
-  floor_ = {status.reference, status.scale};
+  rules_ = {status.reference, status.scale};
   paused_ = status.paused != 0;
-  if (!floor.resume) {
+  if (!rules.resume) {
     ++report.solves;
     resumed_from_ = 0;
   }
@@ -433,7 +432,7 @@ bool StepSolver<T>::finish_solve(const Attempt& a, const SolveFloor& floor, Step
 template <class T>
 void StepSolver<T>::assemble() {
   clock_.mark(StageClock::assembly_begin);
-  system_.assemble(at_, [this](int r) { return search_.contacts(r); });
+  system_.assemble(at_, [this](int r) { return detection_.contacts(r); });
   clock_.mark(StageClock::assembled);
 }
 

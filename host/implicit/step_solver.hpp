@@ -21,7 +21,7 @@ template <class T>
 class StepSolver {
  public:
   StepSolver(Store<T>& store, const std::vector<RankGeometry<T>>& geometry,
-             std::vector<RankMotion<T>>& motion, ContactDetection<T>& search,
+             std::vector<RankMotion<T>>& motion, ContactDetection<T>& detection,
              LinearSystem<T>& system, StageClock& clock, const StepPublisher& publisher);
 
   /// The springs of handles and seams as they are at `time`.
@@ -34,8 +34,8 @@ class StepSolver {
   /// Solves, and writes the result to positions_t1 and velocities_t1 of all ranks.
   bool solve(const Attempt& a, StepReport& report);
 
-  /// Solves the last system once more, with the contacts that its solution has shown to matter:
-  /// those that the prediction missed, and without those that would pull. An active-set step. After
+  /// Solves the last system once more, with the contacts of the latest update_contacts(): those
+  /// that the prediction missed, and without those that would pull. An active-set step. After
   /// Newton's method it is another iteration of that, searched along like the others: stiff cloth
   /// is thrown far out of its way by a whole one.
   bool solve_again(const Attempt& a, StepReport& report);
@@ -67,11 +67,11 @@ class StepSolver {
   bool is_nearly_linear(const Attempt& a);
   bool keeps_limits();
   bool search_line(const Attempt& a, StepReport& report);
-  bool solve_with_early_look(const Attempt& a, SolveFloor floor, StepReport& report);
+  bool solve_with_early_look(const Attempt& a, SolveRules rules, StepReport& report);
   bool iterate_active_set(const Attempt& a, StepReport& report);
   bool is_right(const ContactMismatch& mismatch) const;
   ContactMismatch update_active_set(const ActiveSet& how);
-  bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
+  bool finish_solve(const Attempt& a, const SolveRules& rules, StepReport& report,
                     bool may_fall_short = false);
   void assemble();
   void book_assembly(StepReport& report);
@@ -83,14 +83,14 @@ class StepSolver {
   Store<T>& store_;
   const std::vector<RankGeometry<T>>& geometry_;
   std::vector<RankMotion<T>>& motion_;
-  ContactDetection<T>& search_;
+  ContactDetection<T>& detection_;
   LinearSystem<T>& system_;
   StageClock& clock_;
   const StepPublisher& publisher_;
   std::vector<Buffer<double>> rank_mismatch_;
   std::vector<Buffer<std::int64_t>> rank_friction_;  ///< see AssembleActiveSetUpdate
   Linearisation at_{};                               ///< of the assembled system
-  SolveFloor floor_;                                 ///< of the attempt's last solve
+  SolveRules rules_;                                 ///< of the attempt's last solve
   bool seams_pull_ = false;
   bool truncating_ = false;
   bool paused_ = false;            ///< the latest solve has

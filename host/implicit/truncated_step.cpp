@@ -60,12 +60,12 @@ TruncationKind next(TruncationKind kind, bool short_motion) {
 
 template <class T>
 TruncatedStep<T>::TruncatedStep(Store<T>& store, std::vector<RankMotion<T>>& motion,
-                                ContactDetection<T>& search, StepSolver<T>& solver,
+                                ContactDetection<T>& detection, StepSolver<T>& solver,
                                 PrescribedMotion<T>& prescribed, CollisionResolver<T>& resolver,
                                 StateUpdate<T>& update, const StepPublisher& publisher)
     : store_(store),
       motion_(motion),
-      search_(search),
+      detection_(detection),
       solver_(solver),
       prescribed_(prescribed),
       resolver_(resolver),
@@ -108,7 +108,7 @@ bool TruncatedStep<T>::advance(const Attempt& a, bool may_bisect, const Watch& w
     if (pass + 1 >= approaches_max || !may_approach()) break;
     distance_two_before = std::exchange(distance_before, lag.distance);
   }
-  search_.hold_normal_forces(0);
+  detection_.hold_normal_forces(0);
   if (good && lag.over_limit > 1) good = prescribed_.fail_by(lag, a.dt, report);
   return_to_start(a, good);
   if (!good) return false;
@@ -159,23 +159,23 @@ bool TruncatedStep<T>::approach(const Attempt& a, int pass, StepReport& report) 
   --approaches_left_;
   publisher_->set_truncated_solves(approaches_of_step_max - approaches_left_, approaches_left_);
   publisher_.enter(StepStage::contacts, report);
-  search_.hold_normal_forces(
+  detection_.hold_normal_forces(
       std::min(stiffness_factor_max, std::pow(stiffness_growth, static_cast<double>(pass))));
   const std::vector<Vec3<T>>& targets = truncated_.targets();
   for (int r = 0; r < store_.devices().size(); ++r)
     store_.devices()[r].compute().copy(motion_[static_cast<std::size_t>(r)].positions_t1.data(),
                                        targets.data(), targets.size() * sizeof(Vec3<T>));
-  search_.search(a.dt, true, report);
+  detection_.search(a.dt, true, report);
   return solver_.solve_about_state(a, report);
 }
 
 /// Impact zones, with little work.
 template <class T>
 bool TruncatedStep<T>::resolve_again(const Attempt& a, StepReport& report) {
-  resolver_.work().grant(ZoneWork::of_part(store_.model().cloth_vertex_count));
-  resolver_.publish_work();
+  resolver_.grant(ZoneBudget::of_part(store_.model().cloth_vertex_count));
   return resolver_.resolve(
-      {.dt = a.dt, .h = a.h, .at_rest = a.at_rest, .last_resort = true, .solved = false}, report);
+      {.dt = a.dt, .h = a.h, .at_rest = a.at_rest, .must_stand = true, .may_solve_again = false},
+      report);
 }
 
 /// Cuts the motion to positions_t1 off before it meets something.
@@ -195,8 +195,8 @@ bool TruncatedStep<T>::clear_path(const Attempt& a, TruncationKind kind, bool& c
   int rounds = 0;
   while (true) {
     collisions_.clear();
-    search_.launch_continuous(later_round, false, report);
-    const CollideCounts counts = search_.collect(collisions_, later_round, false);
+    detection_.launch_continuous(later_round, false, report);
+    const CollideCounts counts = detection_.collect(collisions_, later_round, false);
     if (stopped(store_.devices(), report)) return false;
     if (counts.not_finite > 0)
       return fail_not_finite(store_, motion_.front(), counts.not_finite, report);
@@ -205,7 +205,7 @@ bool TruncatedStep<T>::clear_path(const Attempt& a, TruncationKind kind, bool& c
       if (rebuilds++ > TruncatedMotion<T>::rounds_max)
         return fail(report, Failure::intersection, "vertices keep leaving their swept AABBs");
       ++report.rebuilds;
-      search_.search_on_the_way(a.dt, report);
+      detection_.extend_pairs(a.dt, report);
       continue;
     }
     report.ccd_tests += counts.ccd_tests;
@@ -260,7 +260,7 @@ void TruncatedStep<T>::return_to_start(const Attempt& a, bool good) {
     std::swap(state.contacts, start.contacts);
     if (!good) continue;
     // No history of a multi-step integrator holds across it.
-    queue.fill(m.touched.data(), 1, m.touched.size());
+    queue.fill(m.moved_in_attempt.data(), 1, m.moved_in_attempt.size());
     launch(queue, IntegrateRate<T>{m.positions_t1.span(), m.base_positions.span(),
                                    static_cast<T>(a.h), m.velocities_t1.span()});
   }

@@ -26,7 +26,7 @@ class TruncatedStep {
   using Watch =
       std::function<void(Span<const Vec3<T>> positions_t0, Span<const Vec3<T>> positions_t1)>;
 
-  TruncatedStep(Store<T>& store, std::vector<RankMotion<T>>& motion, ContactDetection<T>& search,
+  TruncatedStep(Store<T>& store, std::vector<RankMotion<T>>& motion, ContactDetection<T>& detection,
                 StepSolver<T>& solver, PrescribedMotion<T>& prescribed,
                 CollisionResolver<T>& resolver, StateUpdate<T>& update,
                 const StepPublisher& publisher);
@@ -64,7 +64,7 @@ class TruncatedStep {
 
   Store<T>& store_;
   std::vector<RankMotion<T>>& motion_;
-  ContactDetection<T>& search_;
+  ContactDetection<T>& detection_;
   StepSolver<T>& solver_;
   PrescribedMotion<T>& prescribed_;
   CollisionResolver<T>& resolver_;

@@ -14,6 +14,8 @@ const char* describe(Failure failure) {
       return "intersection left";
     case Failure::pinched:
       return "pinched";
+    case Failure::contact_motion:
+      return "contacts move too far";
     case Failure::layers:
       return "out of penalty layers";
     case Failure::rollbacks:

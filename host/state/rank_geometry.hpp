@@ -42,15 +42,15 @@ struct RankGeometry {
 /// Working arrays of one attempt at a step. Each rank has a copy.
 template <class T>
 struct RankMotion {
-  /// [vertices] [m] End of the step. Obstacles and pins are at their targets. Free cloth is where
-  /// the prediction puts it, then the solve, then impact zones, and last where a motion is cut off.
+  /// [vertices] [m] End of the attempt, in turn: targets of obstacles and pins, and the prediction
+  /// of free cloth; each iterate of the solve; what zones make of it; where motions are cut off.
   Buffer<Vec3<T>> positions_t1;
-  Buffer<Vec3<T>> velocities_t1;    ///< [cloth vertices] [m/s]
-  Buffer<Vec3<T>> base_positions;   ///< [cloth vertices] [m] x~ of BDF2
-  Buffer<Vec3<T>> base_velocities;  ///< [cloth vertices] [m/s] v~ of BDF2
-  Buffer<unsigned char> moved_now;  ///< [vertices] moved by a zone in this round
-  Buffer<unsigned char> touched;    ///< [vertices] moved by a zone in this attempt
-  Buffer<unsigned char> crushed;    ///< [vertices] this and the next: see RespondRemember
+  Buffer<Vec3<T>> velocities_t1;           ///< [cloth vertices] [m/s]
+  Buffer<Vec3<T>> base_positions;          ///< [cloth vertices] [m] x~ of BDF2
+  Buffer<Vec3<T>> base_velocities;         ///< [cloth vertices] [m/s] v~ of BDF2
+  Buffer<unsigned char> moved_now;         ///< [vertices] moved by a zone in this round
+  Buffer<unsigned char> moved_in_attempt;  ///< [vertices] the same in any round
+  Buffer<unsigned char> crushed;           ///< [vertices] this and the next: see RespondRemember
   Buffer<unsigned char> crushed_in_jam;
   Buffer<ContactMemory<T>> contacts;  ///< contact cache for the next step
   std::int64_t face_contacts = 0;     ///< how many of them are of faces

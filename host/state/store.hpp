@@ -121,6 +121,8 @@ class Store {
   /// Gives every rank the state of `s`.
   void restore(const StateSnapshot<T>& s);
   /// Copies the state, except `driven`, `sleep` and `next_step`, on the devices for go_back().
+  /// There is one copy: ImplicitStep keeps the start of a step once more before it halves. Until
+  /// then only `backoff` has changed, which Run::step_automatic puts back by itself.
   void keep();
   /// Restores the state of the last keep().
   void go_back();

@@ -13,14 +13,15 @@ namespace weft {
 
 enum class Failure {
   none,
-  not_finite,     ///< a number became NaN or infinite
-  not_converged,  ///< the linear solve missed its tolerance
-  intersection,   ///< impacts could not be resolved
-  pinched,        ///< cloth needs obstacles or pins to give way farther than allowed
-  layers,         ///< asynchronous: a pair needs more penalty layers than the scene allows
-  rollbacks,      ///< asynchronous: a window was rolled back as often as the scene allows
-  small_step,     ///< asynchronous: a penalty layer needs a shorter step than the scene allows
-  stopped,        ///< the caller asked for it, see DeviceSet::stop_on()
+  not_finite,      ///< a number became NaN or infinite
+  not_converged,   ///< the linear solve missed its tolerance
+  intersection,    ///< impacts could not be resolved
+  pinched,         ///< cloth needs obstacles or pins to give way farther than allowed
+  contact_motion,  ///< contacts would move too far in an attempt: it is halved, no step ends so
+  layers,          ///< asynchronous: a pair needs more penalty layers than the scene allows
+  rollbacks,       ///< asynchronous: a window was rolled back as often as the scene allows
+  small_step,      ///< asynchronous: a penalty layer needs a shorter step than the scene allows
+  stopped,         ///< the caller asked for it, see DeviceSet::stop_on()
 };
 
 /// For example "not finite"; "none" for Failure::none.

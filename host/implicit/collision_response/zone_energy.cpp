@@ -88,7 +88,7 @@ bool ZoneEnergy<T>::gained(double dt, std::size_t impacts_met,
 }
 
 template <class T>
-bool ZoneEnergy<T>::stretched(double dt, bool last_resort) {
+bool ZoneEnergy<T>::stretched(double dt, bool must_stand) {
   const Backoff& backoff = store_.backoff;
   if (backoff.truncated > 0 || zones_.any_compliant() || !only_gravity_acts(store_) ||
       !anything_moves(store_.scene()))
@@ -112,8 +112,8 @@ bool ZoneEnergy<T>::stretched(double dt, bool last_resort) {
   const double at_play =
       system_.step_energy().at_start + 0.5 * store_.model().whole.mass * fall * fall;
   const bool too_far = gain > stretch_max * at_play;
-  stretched_at_last_ = stretched_at_last_ || (too_far && last_resort);
-  if (last_resort) return false;
+  stretched_at_last_ = stretched_at_last_ || (too_far && must_stand);
+  if (must_stand) return false;
   return backoff.stretched > 0 ? gain > stretch_in_jams * at_play : too_far;
 }
 

@@ -33,8 +33,8 @@ class ZoneEnergy {
   /// stretch of the solve. In shorter steps contacts hold most of the cloth that zones hold
   /// here. Where cloth is jammed, they do not: after a truncated step nothing is compared, and
   /// after one whose shortest parts stretch it as well, more is let pass.
-  /// @param last_resort no part of a step is shorter: it is accepted, see stretched_at_last()
-  bool stretched(double dt, bool last_resort);
+  /// @param must_stand no part of a step is shorter: it is accepted, see stretched_at_last()
+  bool stretched(double dt, bool must_stand);
   /// Whether that would have failed a shortest part of the step.
   bool stretched_at_last() const noexcept { return stretched_at_last_; }
 

@@ -350,7 +350,7 @@ void ContactDetection<T>::search_for_step(double dt, StepReport& report) {
 }
 
 template <class T>
-void ContactDetection<T>::search_on_the_way(double dt, StepReport& report) {
+void ContactDetection<T>::extend_pairs(double dt, StepReport& report) {
   // Zones may go on to push: who was short of room has twice as much the next time. Strays do not
   // widen a later whole search, whose boxes are those of all vertices.
   if (update_candidates(dt)) {

@@ -49,7 +49,7 @@ class ContactDetection {
   /// AABB. If few vertices have left, searches only their pairs. The positions of the latest
   /// update_contacts() still decide which pairs are contacts, because the result of a step must not
   /// depend on whether boxes were rebuilt.
-  void search_on_the_way(double dt, StepReport& report);
+  void extend_pairs(double dt, StepReport& report);
 
   /// Decides again which pairs of the latest search are contacts, by the present positions_t1.
   /// @param dt [s] length of the step

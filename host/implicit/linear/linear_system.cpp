@@ -247,7 +247,7 @@ double LinearSystem<T>::left_with_contacts(double h) const {
 }
 
 template <class T>
-void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& floor) {
+void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveRules& rules) {
   DeviceSet& devices = store_.devices();
   const SolverSettings& settings = store_.scene().solver;
   // Uploads of the last solve's parts are done: its outcome has been waited for.
@@ -258,11 +258,11 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
   // that.
   const bool falls = at.predicted && all_fall();
   const double reference_min =
-      falls ? std::max(floor.reference, weight_impulse(at.h)) : floor.reference;
+      falls ? std::max(rules.reference, weight_impulse(at.h)) : rules.reference;
   // Contacts and springs are the same on all ranks.
   const double left_max = rank(0).contacts.any() ? left_with_contacts(at.h) : 0;
   const double misplaced = misplaced_left(at.h);
-  const bool pauses = floor.pause_for_contacts && store_.scene().pins.empty() &&
+  const bool pauses = rules.pause_for_contacts && store_.scene().pins.empty() &&
                       left_max <= pause_share_max * misplaced;
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
@@ -274,19 +274,19 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
                       pcg_epoch_,
                       settings.tolerance,
                       reference_min,
-                      floor.scale,
+                      rules.scale,
                       left_max,
                       settings.max_iterations,
                       k.own.count,
                       settings.preconditioner != Preconditioner::block_jacobi,
                       k.contacts.any() && devices.backend() == Backend::cuda,
                       devices.stop_flag(),
-                      floor.accept,
-                      floor.gain,
+                      rules.accept,
+                      rules.gain,
                       falls ? fall_scale(at.h) : 0,
-                      floor.keep,
-                      floor.pause,
-                      floor.resume,
+                      rules.keep,
+                      rules.pause,
+                      rules.resume,
                       pauses ? misplaced : 0});
   }
   if (pipelined_ && tracked_ == nullptr) {

@@ -44,15 +44,15 @@ struct StepEnergy {
   double limited = 0;
 };
 
-/// Lower bounds of the references that a residual is compared with, see SolvePcg.
-struct SolveFloor {
-  double reference = 0;  ///< [N s]
-  double scale = 0;      ///< [sqrt(J)] that of the solve which is repeated
-  double accept = 0;     ///< see SolvePcg
-  double gain = 0;       ///< see SolvePcg
-  bool keep = false;     ///< see SolvePcg::keep_references
-  double pause = 0;      ///< see SolvePcg
-  bool resume = false;   ///< see SolvePcg
+/// When a linear solve ends or pauses, see SolvePcg.
+struct SolveRules {
+  double reference = 0;  ///< [N s] what the residual is compared with, at least
+  double scale = 0;      ///< [sqrt(J)] the same, preconditioned: that of the solve to be repeated
+  double accept = 0;     ///< an initial guess with at most this share of both is the solution
+  double gain = 0;       ///< this share of the initial residual will do; 0: as the tolerance asks
+  bool keep = false;     ///< a larger initial residual hardly raises both: no earlier end
+  double pause = 0;      ///< pauses at this share of the initial residual; 0: never
+  bool resume = false;   ///< goes on with the latest solve, which has paused
   /// The solve pauses once vertices are where they belong, see SolvePcg::pause_left: what several
   /// components of cloth ask for beyond that matters once their contacts are right.
   bool pause_for_contacts = false;
@@ -114,7 +114,7 @@ class LinearSystem {
 
   /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows. With the
   /// transport pipelined the caller waits for the solve.
-  void launch_solve(const Linearisation& at, const SolveFloor& floor);
+  void launch_solve(const Linearisation& at, const SolveRules& rules);
 
   /// [N s] 2-norm of the impulses of gravity on all cloth vertices in a step of length h
   double weight_impulse(double h) const {

@@ -17,7 +17,7 @@ class StageClock {
     predicted,
     contacts,
     solved,
-    certified,
+    resolved,
     assembly_begin,
     assembled,
     marks,

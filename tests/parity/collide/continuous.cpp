@@ -10,8 +10,8 @@ namespace {
 
 constexpr double separation = 0.001, offset = 0.002;
 
-/// Layers that move on a little from where they were predicted, with what the prediction's slack
-/// says, some of the pairs contacts.
+/// Layers that move on a little from where they were predicted, with the separation bounds
+/// of that, some of the pairs contacts.
 template <class T>
 struct ContinuousInput : Layers<T> {
   std::vector<Vec3<T>> predicted;

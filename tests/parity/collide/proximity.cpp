@@ -184,7 +184,7 @@ struct FoundContacts {
                 {"yield", yields},       output("normal", normals), output("anchor", anchors),
                 output("slide", slides), {"marks", marks}};
     // Stored in float: in double it has a test of its own.
-    if (std::is_same_v<Precision, float>) all.push_back({"slack", bounds});
+    if (std::is_same_v<Precision, float>) all.push_back({"separation bound", bounds});
     return all;
   }
 };
@@ -367,7 +367,7 @@ TEST(CollideProximitySeparationBound, InDoubleIsThatOfPlainFormulas) {
   }
 }
 
-/// The gap never falls below the slack on the way, looked at in many places.
+/// The gap never falls below the separation bound on the way, looked at in many places.
 TEST(CollideProximitySeparationBound, IsALowerBoundOfTheGap) {
   const ProximityInput<float> input;
   for (DeviceSet& devices : all_devices()) {

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
+#include "host/implicit/step_failure.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "tests/support/jittered.hpp"
 #include "tests/support/small_scenes.hpp"
@@ -52,6 +54,30 @@ Ladder climb_down(const Scene& scene, int steps) {
     ladder.consistent = ladder.consistent && r.fallback_level == expected;
   }
   return ladder;
+}
+
+/// The fallback table of ARCHITECTURE.md.
+TEST(Ladder, AFailedAttemptIsHalvedOrTruncatedOrTheLast) {
+  struct Row {
+    Failure failure;
+    int bisections_left;
+    std::int64_t budget;
+    Fallback next;
+  };
+  for (const Row& row : {Row{Failure::contact_motion, 1, 0, Fallback::halve},
+                         Row{Failure::not_converged, 1, 0, Fallback::halve},
+                         Row{Failure::not_converged, 0, 1, Fallback::fail},
+                         Row{Failure::not_finite, 0, 1, Fallback::fail},
+                         Row{Failure::intersection, 1, 1, Fallback::halve},
+                         Row{Failure::intersection, 1, 0, Fallback::truncate},
+                         Row{Failure::intersection, 0, 1, Fallback::truncate},
+                         Row{Failure::pinched, 0, 1, Fallback::truncate},
+                         Row{Failure::stopped, 1, 1, Fallback::fail}}) {
+    StepReport report;
+    report.failure = row.failure;
+    EXPECT_EQ(row.next, after_failure(report, row.bisections_left, row.budget))
+        << describe(row.failure) << " with " << row.bisections_left << " bisections left";
+  }
 }
 
 TEST(Ladder, ZonesAloneAreEnoughMostOfTheTime) {

@@ -38,7 +38,7 @@ struct CollideContinuous {
   Span<const Tri> triangles;
   Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
   Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
-  Span<const Vec3<T>> predicted;     ///< [vertices] [m] the positions_t1 that the slack is of
+  Span<const Vec3<T>> predicted;     ///< [vertices] [m] the positions_t1 of the separation bounds
   Span<float> deviation;             ///< [vertices] scratch [m] from the prediction
   Span<const BoxOf<T>> swept_aabb;   ///< [vertices]
   Span<const unsigned char> moved;   ///< [vertices] since the last round; empty: first round
@@ -113,7 +113,7 @@ class ContinuousRule {
     return (First == 1 ? a_.face_separation_bound : a_.edge_separation_bound).data()[number];
   }
 
-  /// Whether the prediction's slack does not keep a pair apart, and something of it has moved.
+  /// Whether the separation bound does not keep a pair apart, and something of it has moved.
   template <int First>
   WEFT_HD bool has_to_be_looked_at(const Index v[4], float separation_bound) const noexcept {
     const float* d = a_.deviation.data();

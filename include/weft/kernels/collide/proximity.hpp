@@ -22,8 +22,9 @@
 
 namespace weft {
 
-/// Stands in place of a pair's slack if the pair is a contact, or another one stands for it:
-/// continuous detection then looks at it in any case, and knows that the system has heard of it.
+/// Stands in place of a pair's separation bound if the pair is a contact, or another one stands for
+/// it: continuous detection then looks at it in any case, and knows that the system has heard of
+/// it.
 constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infinity();
 
 /// CollideProximity::closed_share. With a half, what slides on one layer of thin cloth would touch
@@ -52,11 +53,11 @@ inline constexpr double closed_share_while_sewn = 0.5;
 /// (`start_thickness`) repels at that. Two primitives with corners that a seam ties to each other
 /// do not repel (P-Cloth section 5.1). The initial guess at friction is that of the last step, and
 /// contacts that hang above the thickness are not taken to push, see hovers(). Reads: pairs,
-/// positions, memory. Writes: contacts, slacks, counts, with the largest slide() of the contacts.
-/// Order: face pairs, then edge pairs, each in their order. Ghosts: all vertices. Flags: counts
-/// above capacity. Where there are more pairs than there is room for, or a vertex is out of bounds,
-/// the pairs are not all and none is looked at, so that it can be launched before anyone has read
-/// how many pairs there are.
+/// positions, memory. Writes: contacts, separation bounds, counts, with the largest slide() of the
+/// contacts. Order: face pairs, then edge pairs, each in their order. Ghosts: all vertices. Flags:
+/// counts above capacity. Where there are more pairs than there is room for, or a vertex is out of
+/// bounds, the pairs are not all and none is looked at, so that it can be launched before anyone
+/// has read how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -211,7 +212,7 @@ class ProximityRule {
   /// Lower bound of the gap during the prediction: less by what rounding can have added to the
   /// distance and taken from the motion. [m]
   /// @param size [m] of the coordinates
-  WEFT_HD static float slack_of(T distance, T closing, T size) noexcept {
+  WEFT_HD static float separation_bound_of(T distance, T closing, T size) noexcept {
     return static_cast<float>(T(0.9999) * distance - T(1.0001) * closing -
                               T(8) * epsilon<T> * size);
   }
@@ -396,32 +397,32 @@ class ProximityRule {
     nobody,     ///< the surfaces are closer elsewhere
   };
 
-  WEFT_HD bool vertex_faces(Index v, const Vec3<T>& away, T separation_bound) const noexcept {
+  WEFT_HD bool vertex_faces(Index v, const Vec3<T>& away, T slack) const noexcept {
     const Offset* offset = a_.surface.ring_offset.data() + v;
     return in_vertex_cone(a_.surface.ring.subspan(static_cast<std::size_t>(offset[0]),
                                                   static_cast<std::size_t>(offset[1] - offset[0])),
-                          a_.positions_t0, v, away, separation_bound);
+                          a_.positions_t0, v, away, slack);
   }
-  WEFT_HD bool edge_faces(Index e, const Vec3<T>& away, T separation_bound) const noexcept {
+  WEFT_HD bool edge_faces(Index e, const Vec3<T>& away, T slack) const noexcept {
     return in_edge_cone(a_.surface.edges.data()[e], a_.surface.wings.data()[e].v, a_.positions_t0,
-                        away, separation_bound);
+                        away, slack);
   }
 
-  WEFT_HD Owner owner_of_face_point(const Pair& pair, const Vec3<T>& n, T separation_bound,
+  WEFT_HD Owner owner_of_face_point(const Pair& pair, const Vec3<T>& n, T slack,
                                     unsigned corners) const noexcept {
     if (corners == 0b1111) return Owner::pair;
     const Surface& surface = a_.surface;
-    if (!vertex_faces(pair.a, -n, separation_bound)) return Owner::nobody;
+    if (!vertex_faces(pair.a, -n, slack)) return Owner::nobody;
     const Tri& face = a_.triangles.data()[pair.b];
     for (int k = 0; k < 3; ++k) {
       const Index e = surface.edges_of_face.data()[pair.b].v[k];
       if (corners == (0b1111u & ~(2u << k))) {
-        if (!edge_faces(e, n, separation_bound)) return Owner::nobody;
+        if (!edge_faces(e, n, slack)) return Owner::nobody;
         return surface.wings.data()[e].first_face == pair.b ? Owner::pair : Owner::neighbour;
       }
       if (corners == (1u | 2u << k)) {
         const Index v = face.v[k];
-        if (!vertex_faces(v, n, separation_bound)) return Owner::nobody;
+        if (!vertex_faces(v, n, slack)) return Owner::nobody;
         // Of two vertices the lower one asks.
         return pair.a < v && surface.face_of_vertex.data()[v] == pair.b ? Owner::pair
                                                                         : Owner::neighbour;
@@ -436,10 +437,9 @@ class ProximityRule {
                                      unsigned corners) const noexcept {
     // A vertex has a pair with a face there. Of parallel edges that is one of their ends.
     if (corners != 0b1111 || are_parallel(v)) return Owner::neighbour;
-    const T separation_bound = static_cast<T>(edge_slant);
-    return edge_faces(pair.a, -n, separation_bound) && edge_faces(pair.b, n, separation_bound)
-               ? Owner::pair
-               : Owner::nobody;
+    const T slack = static_cast<T>(edge_slant);
+    return edge_faces(pair.a, -n, slack) && edge_faces(pair.b, n, slack) ? Owner::pair
+                                                                         : Owner::nobody;
   }
 
   /// How a pair meets.
@@ -457,9 +457,9 @@ class ProximityRule {
     T size = T(0);
     for (int i = 0; i < 3; ++i) size = greater(fabs(a_.positions_t0.data()[v[0]][i]), size);
     // With what rounding of the positions does to the direction of their difference.
-    const T separation_bound = static_cast<T>(flat) + T(8) * epsilon<T> * size / m.distance;
+    const T slack = static_cast<T>(flat) + T(8) * epsilon<T> * size / m.distance;
     const unsigned corners = active_corners(p);
-    return First == 1 ? owner_of_face_point(pair, m.n, separation_bound, corners)
+    return First == 1 ? owner_of_face_point(pair, m.n, slack, corners)
                       : owner_of_edge_points(pair, v, m.n, corners);
   }
 

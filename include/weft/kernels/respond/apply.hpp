@@ -15,12 +15,12 @@ namespace weft {
 template <class T>
 struct RespondApply {
   Span<const MovedVertex<T>> moved;
-  Span<const Vec3<T>> base;       ///< [cloth vertices] [m] x~
-  T h;                            ///< [s]
-  Span<Vec3<T>> positions;        ///< [vertices] [m]
-  Span<Vec3<T>> velocities;       ///< [cloth vertices] [m/s]
-  Span<unsigned char> moved_now;  ///< [vertices] set to 1: moved in this round
-  Span<unsigned char> touched;    ///< [vertices] set to 1: moved in this attempt
+  Span<const Vec3<T>> base;              ///< [cloth vertices] [m] x~
+  T h;                                   ///< [s]
+  Span<Vec3<T>> positions;               ///< [vertices] [m]
+  Span<Vec3<T>> velocities;              ///< [cloth vertices] [m/s]
+  Span<unsigned char> moved_now;         ///< [vertices] set to 1: moved in this round
+  Span<unsigned char> moved_in_attempt;  ///< [vertices] set to 1
 
   WEFT_HD Index count() const noexcept { return static_cast<Index>(moved.size()); }
 
@@ -30,7 +30,7 @@ struct RespondApply {
     positions[v] = m.position;
     if (v < velocities.size()) velocities[v] = (T(1) / h) * (m.position - base[v]);
     moved_now[v] = 1;
-    touched[v] = 1;
+    moved_in_attempt[v] = 1;
   }
 };
 

@@ -11,7 +11,7 @@ namespace weft {
 /// step. Reads: moved, crushed, crushed_in_jam. Writes: touched of its own vertex. Order:
 /// independent. Ghosts: none (every rank updates all). Flags: none.
 struct RespondRemember {
-  Span<const unsigned char> moved;    ///< [vertices] 1: moved by a zone in this step
+  Span<const unsigned char> moved;    ///< [vertices] 1: moved by a zone in this attempt
   Span<const unsigned char> crushed;  ///< [vertices] this and the next as AssembleContactCache
                                       ///< leaves them, obstacles': 0
   Span<const unsigned char> crushed_in_jam;

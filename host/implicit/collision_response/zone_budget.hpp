@@ -8,7 +8,7 @@ namespace weft {
 
 /// Budget of impact zones for a step, in visits to collisions. It is counted, not timed, so results
 /// do not depend on the machine.
-class ZoneWork {
+class ZoneBudget {
  public:
   /// Budget of a whole step.
   static std::int64_t of_step(std::int64_t vertices) {

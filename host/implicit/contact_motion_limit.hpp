@@ -10,10 +10,10 @@ namespace weft {
 /// How far contacts may move in an attempt. They are linearised: a longer motion leaves the planes
 /// and triangles on which they were found.
 template <class T>
-class ContactReach {
+class ContactMotionLimit {
  public:
-  ContactReach(Store<T>& store, const ContactDetection<T>& search)
-      : store_(store), search_(search) {}
+  ContactMotionLimit(Store<T>& store, const ContactDetection<T>& detection)
+      : store_(store), detection_(detection) {}
 
   /// Forgets how fast contacts moved in the step before.
   void begin_step() { turning_acceleration_ = slide_speed_ = 0; }
@@ -31,7 +31,7 @@ class ContactReach {
   void measure_turning(double dt, const std::vector<Vec3<double>>& placed);
 
   Store<T>& store_;
-  const ContactDetection<T>& search_;
+  const ContactDetection<T>& detection_;
   std::vector<Vec3<double>> placed_before_;  ///< at the start of the attempt, if any rotates
   /// [m/s^2] at which rotating obstacles leave the planes of contacts, at most, in this step
   double turning_acceleration_ = 0;

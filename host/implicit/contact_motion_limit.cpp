@@ -1,4 +1,4 @@
-#include "host/implicit/contact_reach.hpp"
+#include "host/implicit/contact_motion_limit.hpp"
 
 #include <algorithm>
 
@@ -38,13 +38,13 @@ Vec3<double> rotation_between(Transform from, Transform to) {
 }  // namespace
 
 template <class T>
-void ContactReach<T>::measure(double dt, const std::vector<Vec3<double>>& placed) {
+void ContactMotionLimit<T>::measure(double dt, const std::vector<Vec3<double>>& placed) {
   measure_turning(dt, placed);
-  slide_speed_ = std::max(slide_speed_, search_.slide() / dt);
+  slide_speed_ = std::max(slide_speed_, detection_.slide() / dt);
 }
 
 template <class T>
-void ContactReach<T>::measure_turning(double dt, const std::vector<Vec3<double>>& placed) {
+void ContactMotionLimit<T>::measure_turning(double dt, const std::vector<Vec3<double>>& placed) {
   const Scene& scene = store_.scene();
   const Model& model = store_.model();
   std::vector<Vec3<double>> turned;
@@ -56,7 +56,7 @@ void ContactReach<T>::measure_turning(double dt, const std::vector<Vec3<double>>
                                             transform_at(obstacle.motion, store_.time + dt)));
     any = any || length_sq(turned.back()) > 0;
   }
-  const Span<const Contact<T>> all = search_.contacts(0);
+  const Span<const Contact<T>> all = detection_.contacts(0);
   if (!any || all.empty()) return;
   place_obstacles(scene, model, store_.time, placed_before_);
   // Contacts need not be fetched if no vertex of an obstacle leaves its start so far.
@@ -95,13 +95,13 @@ void ContactReach<T>::measure_turning(double dt, const std::vector<Vec3<double>>
 }
 
 template <class T>
-bool ContactReach<T>::exceeded_in(double dt) const {
+bool ContactMotionLimit<T>::exceeded_in(double dt) const {
   return turning_acceleration_ * dt * dt / 2 >
              turning_max * contact_thickness(store_.scene().contact) ||
          slide_speed_ * dt > slide_max;
 }
 
-template class ContactReach<float>;
-template class ContactReach<double>;
+template class ContactMotionLimit<float>;
+template class ContactMotionLimit<double>;
 
 }  // namespace weft

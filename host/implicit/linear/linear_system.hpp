@@ -50,7 +50,7 @@ struct SolveRules {
   double scale = 0;      ///< [sqrt(J)] the same, preconditioned: that of the solve to be repeated
   double accept = 0;     ///< an initial guess with at most this share of both is the solution
   double gain = 0;       ///< this share of the initial residual will do; 0: as the tolerance asks
-  bool keep = false;     ///< a larger initial residual hardly raises both: no earlier end
+  bool keep = false;     ///< both hardly grow with the initial residual: the solve ends no earlier
   double pause = 0;      ///< pauses at this share of the initial residual; 0: never
   bool resume = false;   ///< goes on with the latest solve, which has paused
   /// The solve pauses once vertices are where they belong, see SolvePcg::pause_left: what several

@@ -23,8 +23,8 @@
 namespace weft {
 
 /// Stands in place of a pair's separation bound if the pair is a contact, or another one stands for
-/// it: continuous detection then looks at it in any case, and knows that the system has heard of
-/// it.
+/// it: continuous detection then looks at it at any distance, and knows that the system has heard
+/// of it.
 constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infinity();
 
 /// CollideProximity::closed_share. With a half, what slides on one layer of thin cloth would touch

@@ -11,9 +11,7 @@
 namespace weft {
 namespace {
 
-/// How often a step is solved again for collisions that were no contacts. Garments that are draped
-/// never are, as only their end counts: see docs/decisions/003-linear-solve.md.
-constexpr int solves_again_most = 2;
+constexpr int solves_again_max = 2;
 /// Rounds in a row that may leave a zone unsolved in which nothing is prescribed, large ones not
 /// counted that are to go on first. More of them only add to what it has to meet.
 constexpr int unsolved_rounds_max = 3;
@@ -83,7 +81,6 @@ void CollisionResolver<T>::begin() {
 template <class T>
 bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
   const int rounds_max = store_.scene().contact.zone_rounds;
-  const int solves_again_max = is_draping(store_.scene()) ? 0 : solves_again_most;
   // At most one falls on each round and each solve. Rounds and solves have to run out first: how
   // often boxes are made depends on margins that no checkpoint holds.
   const int rebuilds_max = rounds_max + solves_again_max + 3;

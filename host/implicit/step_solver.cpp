@@ -59,11 +59,13 @@ constexpr double early_share = 0.03;
 /// docs/decisions/002-contacts.md.
 constexpr double friction_missed_max = 0.1;
 
-}  // namespace
-
+/// Whether only the end of the motion counts: garments go on until they rest. A linear solve loses
+/// energy where Newton's method would keep it, and they rest earlier.
 bool is_draping(const Scene& scene) {
   return !scene.garment_starts.empty() && scene.time.until == RunUntil::rest;
 }
+
+}  // namespace
 
 template <class T>
 StepSolver<T>::StepSolver(Store<T>& store, const std::vector<RankGeometry<T>>& geometry,

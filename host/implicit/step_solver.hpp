@@ -15,10 +15,6 @@
 
 namespace weft {
 
-/// Whether only the end of the motion counts: garments go on until they rest. A linear solve loses
-/// energy where Newton's method would keep it, and they rest earlier.
-bool is_draping(const Scene& scene);
-
 /// Solves the equations of an attempt: with a single linear solve, and with Newton's method where
 /// that is not good enough.
 template <class T>

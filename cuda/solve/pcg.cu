@@ -15,6 +15,7 @@ template <class T>
 struct PcgLaunch {
   SolvePcg<T> solve;          ///< as the first of these ranks has it
   bool several_gpus = false;  ///< other ranks are on other GPUs
+  bool resident = false;      ///< blocks have memory for a ResidentTile
   int rank_count = 0;
   int rank[ranks_max] = {};
 };
@@ -25,6 +26,13 @@ struct CollectiveShared {
   PcgScalars<T> scalars;
   PcgShared<T, kind, lane_rows> block;
   int over;
+};
+
+/// Shared memory of a block whose first tile is resident.
+template <class T, Kind kind, int lane_rows>
+struct ResidentShared {
+  CollectiveShared<T, kind, lane_rows> collective;
+  ResidentTile<T, kind> tile;
 };
 
 /// w = A vector in the rows of a block, where there are contacts. Pulls of links are shared out
@@ -63,10 +71,10 @@ class CollectiveBlock
   friend Base;
 
  public:
-  __device__ CollectiveBlock(const PcgLaunch<T>& launch,
-                             CollectiveShared<T, kind, lane_rows>& shared)
-      : Base(launch.solve, shared.part, shared.block, place(launch)),
-        s_(shared),
+  __device__ CollectiveBlock(const PcgLaunch<T>& launch, ResidentShared<T, kind, lane_rows>& shared)
+      : Base(launch.solve, shared.collective.part, shared.collective.block, place(launch),
+             launch.resident ? &shared.tile : nullptr),
+        s_(shared.collective),
         several_gpus_(launch.several_gpus),
         vector_epoch_(a_.epoch),
         partial_epoch_(a_.epoch),
@@ -87,6 +95,7 @@ class CollectiveBlock
       peers().find_receivers(own_epoch_ + 1);
       own_epoch_ += 2;
     }
+    Base::fetch_resident();
     while (s_.scalars.status.paused == 0) {
       if (!s_.scalars.running) {
         if (s_.scalars.asks_for_magnitude()) magnitude();
@@ -105,6 +114,8 @@ class CollectiveBlock
         __syncthreads();
       }
     }
+    Base::store_resident_x();
+    if (s_.scalars.status.paused != 0) Base::store_recurrence();
     if (block_ == 0 && threadIdx.x == 0) s_.part.status.data()[0] = s_.scalars.status;
   }
 
@@ -153,6 +164,7 @@ class CollectiveBlock
 
   /// The same for x, which is not sent as it changes.
   __device__ void exchange_x() {
+    Base::store_resident_x();
     if (ranks() > 1)
       for (Index tile = block_; tile < tiles_; tile += blocks_) {
         const WarpRows at = Base::rows_of(tile);
@@ -217,9 +229,9 @@ class CollectiveBlock
 template <class T, Kind kind, int lane_rows, bool linked>
 __global__ void __launch_bounds__(block_threads<kind, lane_rows>, blocks_per_sm<T, kind, lane_rows>)
     solve_pcg(const __grid_constant__ PcgLaunch<T> launch) {
-  __shared__ alignas(16) unsigned char memory[sizeof(CollectiveShared<T, kind, lane_rows>)];
+  extern __shared__ uint4 memory[];  // aligned for all that it holds
   CollectiveBlock<T, kind, lane_rows, linked> block(
-      launch, *reinterpret_cast<CollectiveShared<T, kind, lane_rows>*>(memory));
+      launch, *reinterpret_cast<ResidentShared<T, kind, lane_rows>*>(memory));
   if (!block.idle()) block.solve();
 }
 
@@ -231,20 +243,40 @@ struct GpuLaunch {
   void (*kernel)(PcgLaunch<T>) = nullptr;
   dim3 blocks = {};
   dim3 threads = {};
-  Offset tiles = 0;  ///< of the GPU's ranks
+  std::size_t shared_bytes = 0;  ///< of a block
+  Offset tiles = 0;              ///< of the GPU's ranks
 };
+
+/// Blocks of a launch's kernel that fit on a processor, each with so much shared memory; 0 if the
+/// GPU has none for that.
+template <class T>
+int blocks_that_fit(const GpuLaunch<T>& l, std::size_t shared_bytes) {
+  int most = 0;
+  check(cudaDeviceGetAttribute(&most, cudaDevAttrMaxSharedMemoryPerBlockOptin, l.queue->gpu()),
+        "cudaDeviceGetAttribute", l.queue->rank());
+  if (shared_bytes > static_cast<std::size_t>(most)) return 0;
+  check(cudaFuncSetAttribute(reinterpret_cast<const void*>(l.kernel),
+                             cudaFuncAttributeMaxDynamicSharedMemorySize,
+                             static_cast<int>(shared_bytes)),
+        "cudaFuncSetAttribute", l.queue->rank());
+  // Asking for this loads the kernel, which must not happen while another GPU's waits for it.
+  int blocks = 0;
+  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, l.kernel,
+                                                      static_cast<int>(l.threads.x), shared_bytes),
+        "cudaOccupancyMaxActiveBlocksPerMultiprocessor", l.queue->rank());
+  return blocks;
+}
 
 template <class T, Kind kind, int lane_rows>
 void choose(GpuLaunch<T>& l, int processors) {
+  constexpr int wanted = blocks_per_sm<T, kind, lane_rows>;
   l.kernel = l.launch.solve.linked ? &solve_pcg<T, kind, lane_rows, true>
                                    : &solve_pcg<T, kind, lane_rows, false>;
   l.threads = block_threads<kind, lane_rows>;
-  // Asking for this loads the kernel, which must not happen while another GPU's waits for it.
-  int resident = 0;
-  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, l.kernel,
-                                                      static_cast<int>(l.threads.x), 0),
-        "cudaOccupancyMaxActiveBlocksPerMultiprocessor", l.queue->rank());
-  const int blocks = std::min(resident, blocks_per_sm<T, kind, lane_rows>) * processors;
+  l.shared_bytes = sizeof(ResidentShared<T, kind, lane_rows>);
+  l.launch.resident = blocks_that_fit(l, l.shared_bytes) >= wanted;
+  if (!l.launch.resident) l.shared_bytes = sizeof(CollectiveShared<T, kind, lane_rows>);
+  const int blocks = std::min(blocks_that_fit(l, l.shared_bytes), wanted) * processors;
   if (blocks < l.launch.rank_count)
     throw DeviceError("cannot solve with " + std::to_string(l.launch.rank_count) +
                       " ranks on one GPU, which runs " + std::to_string(blocks) +
@@ -308,7 +340,7 @@ void run(OnCuda, DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
     l.queue->make_current();
     void* arguments[] = {&l.launch};
     check(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(l.kernel), l.blocks, l.threads,
-                                      arguments, 0, l.queue->stream()),
+                                      arguments, l.shared_bytes, l.queue->stream()),
           "cudaLaunchCooperativeKernel", l.queue->rank());
   }
   if (devices.size() == 1) return;

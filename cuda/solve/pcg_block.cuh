@@ -59,6 +59,14 @@ struct PcgShared {
   BlockShare share;
 };
 
+/// Vectors of a tile's rows in the shared memory of the block that works on them: nobody else reads
+/// them while a solve runs. With more beside them too little is left of the cache, see
+/// benchmarks/journal/2026-11-one-h200.md.
+template <class T, Kind kind>
+struct ResidentTile {
+  Vec3<T> p[rows_a_tile<kind>], s[rows_a_tile<kind>], r[rows_a_tile<kind>], x[rows_a_tile<kind>];
+};
+
 /// Which rank a block works for, and which of its blocks it is.
 struct BlockPlace {
   int rank;
@@ -107,12 +115,15 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
 /// own rows it reads itself. A rank is as slow as a lane is with its rows: where these would be one
 /// less with one at a time, a lane has one row, and a unit two warps (choose_kernel()).
 ///
+/// Vectors of a block's first tile may stand in its shared memory as long as the kernel runs, see
+/// ResidentTile: all of them, if the GPU has a block for each tile.
+///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
 /// matrix, padding included and the diagonal not: 40 b + 8 f for the matrix, 4 for the mass, 12 for
 /// w; 36 for the inverse of block Jacobi, 144 + 9 for those of the aggregates; 72 to read and 60 to
 /// write p, s, r, x and u, 24 to read r and u for the products, 2 for marks: 40 b + 8 f + 210, with
-/// aggregates 363; for a link of contacts 96 and for each of its ends 8. Vectors may come from the
-/// cache.
+/// aggregates 363; of these 108 stay on the processor where rows are resident; for a link
+/// of contacts 96 and for each of its ends 8. Vectors may come from the cache.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
 ///                   other ranks, and send_partial(n, sum), number n of all partial sums.
@@ -124,9 +135,11 @@ class PcgBlock {
   static_assert(threads >= reduce_threads);
 
   /// All are referred to; `part` may be filled in later.
+  /// @param resident shared memory for the block's first tile; null: there is none
   __device__ PcgBlock(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
-                      PcgShared<T, kind, lane_rows>& shared, const BlockPlace& place)
-      : a_(args), part_(part), s_(shared) {
+                      PcgShared<T, kind, lane_rows>& shared, const BlockPlace& place,
+                      ResidentTile<T, kind>* resident = nullptr)
+      : a_(args), part_(part), s_(shared), resident_(resident) {
     if (threadIdx.x == 0) {
       BlockShare& own = shared.share;
       const Span<const Index>& row_begin = args.row_begin;
@@ -149,6 +162,29 @@ class PcgBlock {
     return rows_of_tile<kind, lane_rows>(tile, rows_);
   }
 
+  /// Own vectors of a tile's rows, wherever they are.
+  struct TileVectors {
+    Index first;  ///< row that they begin with
+    Vec3<T>*p, *s, *r, *x;
+  };
+  __device__ TileVectors vectors_of(Index tile) const {
+    if (resident_ == nullptr || tile != block_) return in_memory(tile);
+    return {tile * rows_a_tile<kind>, resident_->p, resident_->s, resident_->r, resident_->x};
+  }
+
+  /// Fills the resident tile: with x and, if the solve resumes, with what it has paused with.
+  __device__ void fetch_resident() const {
+    copy_resident_x(vectors_of(block_), in_memory(block_));
+    if (a_.resume) copy_recurrence(vectors_of(block_), in_memory(block_));
+  }
+  __device__ void store_resident_x() const {
+    copy_resident_x(in_memory(block_), vectors_of(block_));
+  }
+  /// What a solve that has paused needs to resume.
+  __device__ void store_recurrence() const {
+    copy_recurrence(in_memory(block_), vectors_of(block_));
+  }
+
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
     for (int j = 0; j < lane_rows; ++j)
       multiply_rows(part_, begin_, rows_, at.first + 32 * j, vector);
@@ -161,6 +197,7 @@ class PcgBlock {
     int turn = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
       const WarpRows at = rows_of(tile);
+      const TileVectors own = vectors_of(tile);
       if constexpr (!multiplied) multiply_tile(at, part_.x.data());
       Vec3<T> r[lane_rows] = {};
       Vec3<T> u[lane_rows] = {};
@@ -168,7 +205,7 @@ class PcgBlock {
         const Index row = at.first + 32 * j + at.lane;
         if (row >= rows_) continue;
         if (!fixed(row)) r[j] = part_.rhs.data()[row] - part_.w.data()[row];
-        part_.r.data()[row] = r[j];
+        own.r[row - own.first] = r[j];
         u[j] = part_.inverse.data()[row] * r[j];
       }
       finish_u(at, turn, r, u);
@@ -180,23 +217,25 @@ class PcgBlock {
     int turn = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
       const WarpRows at = rows_of(tile);
+      const TileVectors own = vectors_of(tile);
       Vec3<T> r[lane_rows] = {};
       Vec3<T> u[lane_rows] = {};
 #pragma unroll
       for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         if (row >= rows_) continue;
+        const Index i = row - own.first;
         Vec3<T> p = part_.u.data()[begin_ + row];
         Vec3<T> s = part_.w.data()[row];
         if (beta != T(0)) {
-          p += beta * part_.p.data()[row];
-          s += beta * part_.s.data()[row];
+          p += beta * own.p[i];
+          s += beta * own.s[i];
         }
-        r[j] = part_.r.data()[row] - alpha * s;
-        part_.p.data()[row] = p;
-        part_.s.data()[row] = s;
-        part_.r.data()[row] = r[j];
-        part_.x.data()[begin_ + row] += alpha * p;
+        r[j] = own.r[i] - alpha * s;
+        own.p[i] = p;
+        own.s[i] = s;
+        own.r[i] = r[j];
+        own.x[i] += alpha * p;
         u[j] = part_.inverse.data()[row] * r[j];
       }
       finish_u(at, turn, r, u);
@@ -231,6 +270,7 @@ class PcgBlock {
     int kept = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_) {
       const WarpRows at = rows_of(tile);
+      const TileVectors own = vectors_of(tile);
       if constexpr (!multiplied)
         if (!magnitudes) multiply_tile(at, part_.u.data());
       double product_sum[3] = {};
@@ -242,7 +282,7 @@ class PcgBlock {
         if (row < rows_) {
           if (!magnitudes) {
             w = part_.w.data()[row];
-            project(row, w, d);
+            project(row, w, own.r[row - own.first], d);
           } else if (!fixed(row)) {
             d[0] = magnitude_sq(part_, row, part_.x.data()[begin_ + row]);
           }
@@ -287,6 +327,32 @@ class PcgBlock {
   }
 
  private:
+  /// The vectors of a tile in the rank's memory.
+  __device__ TileVectors in_memory(Index tile) const {
+    const Index first = tile * rows_a_tile<kind>;
+    return {first, part_.p.data() + first, part_.s.data() + first, part_.r.data() + first,
+            part_.x.data() + begin_ + first};
+  }
+  /// Calls use(i) for the place of each row of the resident tile that the thread has.
+  template <class Use>
+  __device__ void for_resident_rows(const Use& use) const {
+    if (resident_ == nullptr || block_ >= tiles_) return;
+    const WarpRows at = rows_of(block_);
+    for (int j = 0; j < lane_rows; ++j) {
+      const Index row = at.first + 32 * j + at.lane;
+      if (row < rows_) use(row - block_ * rows_a_tile<kind>);
+    }
+  }
+  __device__ void copy_resident_x(const TileVectors& to, const TileVectors& from) const {
+    for_resident_rows([&](Index i) { to.x[i] = from.x[i]; });
+  }
+  __device__ void copy_recurrence(const TileVectors& to, const TileVectors& from) const {
+    for_resident_rows([&](Index i) {
+      to.p[i] = from.p[i];
+      to.s[i] = from.s[i];
+      to.r[i] = from.r[i];
+    });
+  }
   __device__ const Transport& transport() const {
     return static_cast<const Transport&>(*this);
   }
@@ -301,9 +367,9 @@ class PcgBlock {
       for (int k = 0; k < 3; ++k) d[k] += other[k];
   }
 
-  __device__ void project(Index row, const Vec3<T>& w, double d[3]) const {
+  __device__ void project(Index row, const Vec3<T>& w, const Vec3<T>& r, double d[3]) const {
     const Vec3<double> u_row = vec_cast<double>(part_.u.data()[begin_ + row]);
-    const Vec3<double> r_row = vec_cast<double>(part_.r.data()[row]);
+    const Vec3<double> r_row = vec_cast<double>(r);
     d[0] = fused_dot(r_row, u_row);
     d[1] = fused_dot(vec_cast<double>(w), u_row);
     d[2] = fused_dot(r_row, r_row);
@@ -345,6 +411,7 @@ class PcgBlock {
   const SolvePcg<T>& a_;
   const SolvePcgPart<T>& part_;
   PcgShared<T, kind, lane_rows>& s_;
+  ResidentTile<T, kind>* const resident_;
   const int& rank_ = s_.share.rank;
   const int& block_ = s_.share.block;
   const int& blocks_ = s_.share.blocks;

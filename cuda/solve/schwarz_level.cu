@@ -1,174 +1,196 @@
 #include "weft/kernels/solve/schwarz_level.hpp"
 
+#include <algorithm>
+
 #include "cuda/exec/launch.cuh"
 #include "cuda/exec/sums.cuh"
 
 namespace weft {
 namespace {
 
-/// Pairs of aggregates, each of which some threads sum: they take equal parts of the rows.
 constexpr int side = static_cast<int>(schwarz_aggregates_max);
 constexpr int size_max = 3 * side;
+constexpr int pair_count = side * (side + 1) / 2;
 constexpr Index domain_rows_max = schwarz_aggregates_max << schwarz_shift(schwarz_level_count - 1);
 
+/// Number of a pair of aggregates i >= j.
+__device__ int pair_of(int i, int j) {
+  return i * (i + 1) / 2 + j;
+}
+
+/// @tparam parts that the rows of an aggregate are summed in
+template <int parts>
 struct Domain {
+  double sum[parts][pair_count][9];  ///< component 3 row + column of each pair's block
   double pivot_row[2][size_max];
   double pivot_column[2][size_max];
   unsigned char fixed[domain_rows_max];
 };
 
-/// What a thread holds of a domain: rows [begin, end) of it for the block of aggregates (i, j).
-struct Piece {
-  int i, j;
-  Index first, last;  ///< rows of the domain
-  Index begin, end;   ///< of the thread, counted from `first`
-  Index target;       ///< first row of aggregate j
-  Index width;        ///< its rows
-
-  /// Whether a row is a free one of aggregate j.
-  __device__ bool has(Index row, const Domain& domain) const {
-    return row >= target && row < target + width && domain.fixed[row - first] == 0;
+/// Sums one component of the blocks of a part of an aggregate's rows, entry by entry in stored
+/// order: neighbouring threads have the other components of the same entries.
+template <class T, int parts>
+class BlockSums {
+ public:
+  /// @param first of the domain's rows, of which there are `rows`
+  /// @param thread of the domain; the first 9 `parts` of each aggregate take part
+  __device__ BlockSums(const SolveSchwarzLevel<T>& a, Domain<parts>& domain, Index first,
+                       Index rows, int thread)
+      : a_(a),
+        domain_(domain),
+        component_(thread % 9),
+        part_(thread / 9 % parts),
+        aggregate_(thread / 9 / parts),
+        first_(first),
+        rows_(rows) {
+    const Index share = (Index{1} << a.level.shift) / parts;
+    begin_ = min(rows, (static_cast<Index>(aggregate_) << a.level.shift) + part_ * share);
+    end_ = aggregate_ < a.level.aggregates ? min(rows, begin_ + share) : begin_;
   }
+
+  __device__ void add_all() {
+    for_rows([&](Index row) {
+      add(row - first_, static_cast<double>(a_.mesh.diagonal.data()[row].e[component_]));
+    });
+    add_entries(a_.mesh);
+    if (component_ % 4 == 0 && a_.far.row_count > 0) add_entries(a_.far);
+    if (a_.contact.count.empty()) return;
+    for_rows([&](Index row) {
+      visit_contact_entries(a_.contact, row,
+                            [&](Index vertex, T weight, const ContactOperatorEntry<T>& link) {
+                              add(vertex - a_.row_begin - first_,
+                                  static_cast<double>(weight * link.component(component_)));
+                            });
+    });
+  }
+
+ private:
+  template <class Use>
+  __device__ void for_rows(const Use& use) const {
+    for (Index place = begin_; place < end_; ++place)
+      if (domain_.fixed[place] == 0) use(first_ + place);
+  }
+
+  /// @param column counted from the domain's first row: there, or outside
+  __device__ void add(Index column, double value) {
+    if (column < 0 || column >= rows_ || domain_.fixed[column] != 0) return;
+    const auto other = static_cast<int>(column >> a_.level.shift);
+    if (other <= aggregate_) domain_.sum[part_][pair_of(aggregate_, other)][component_] += value;
+  }
+
+  __device__ T value(const BlockEll<T>& m, Offset slot, Index lane) const {
+    return m.value.data()[(slot * 9 + component_) * m.slice + lane];
+  }
+  __device__ T value(const ScalarEll<T>& m, Offset slot, Index lane) const {
+    return m.value.data()[slot * m.slice + lane];
+  }
+  template <class Matrix>
+  __device__ void add_entries(const Matrix& m) {
+    for_rows([&](Index row) {
+      const Index lane = row % m.slice;
+      const Offset end = m.slice_offset.data()[row / m.slice + 1];
+#pragma unroll 4
+      for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot)
+        add(m.column.data()[slot * m.slice + lane] - a_.row_begin - first_,
+            static_cast<double>(value(m, slot, lane)));
+    });
+  }
+
+  const SolveSchwarzLevel<T>& a_;
+  Domain<parts>& domain_;
+  int component_, part_, aggregate_;
+  Index first_, rows_, begin_, end_;  ///< begin and end counted from the first
 };
 
-/// Component k, 3 i + j, of one entry's block.
-template <class T>
-__device__ T component(const BlockEll<T>& m, Offset slot, Index lane, int k) {
-  return m.value.data()[(slot * 9 + k) * m.slice + lane];
-}
-template <class T>
-__device__ T component(const ScalarEll<T>& m, Offset slot, Index lane, int k) {
-  return k % 4 == 0 ? m.value.data()[slot * m.slice + lane] : T(0);
-}
-
-/// Adds a thread's part of the entries of `m`, row by row.
-template <class T, class Matrix>
-__device__ void add_entries(const SolveSchwarzLevel<T>& a, const Matrix& m, const Piece& piece,
-                            const Domain& domain, double (&sum)[3][3]) {
-  if (m.row_count == 0) return;
-  for (Index place = piece.begin; place < piece.end; ++place) {
-    if (domain.fixed[place] != 0) continue;
-    const Index row = piece.first + place;
-    const Index lane = row % m.slice;
-    const Offset end = m.slice_offset.data()[row / m.slice + 1];
-#pragma unroll 4
-    for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot) {
-      if (!piece.has(m.column.data()[slot * m.slice + lane] - a.row_begin, domain)) continue;
-#pragma unroll
-      for (int k = 0; k < 9; ++k)
-        sum[k / 3][k % 3] += static_cast<double>(component(m, slot, lane, k));
-    }
-  }
-}
-
-/// The same of the blocks on the mesh's diagonal.
-template <class T>
-__device__ void add_diagonal(const SolveSchwarzLevel<T>& a, const Piece& piece,
-                             const Domain& domain, double (&sum)[3][3]) {
-  if (piece.i != piece.j) return;
-  for (Index place = piece.begin; place < piece.end; ++place) {
-    if (domain.fixed[place] != 0) continue;
-    const Mat3<T>& block = a.mesh.diagonal.data()[piece.first + place];
-#pragma unroll
-    for (int k = 0; k < 9; ++k) sum[k / 3][k % 3] += static_cast<double>(block.e[k]);
-  }
-}
-
-/// The same of links.
-template <class T>
-__device__ void add_entries(const SolveSchwarzLevel<T>& a, const ContactOperator<T>& links,
-                            const Piece& piece, const Domain& domain, double (&sum)[3][3]) {
-  if (links.count.empty()) return;
-  for (Index place = piece.begin; place < piece.end; ++place) {
-    if (domain.fixed[place] != 0) continue;
-    visit_contact_entries(links, piece.first + place,
-                          [&](Index column, T weight, const ContactOperatorEntry<T>& link) {
-                            if (!piece.has(column - a.row_begin, domain)) return;
-#pragma unroll
-                            for (int k = 0; k < 9; ++k)
-                              sum[k / 3][k % 3] += static_cast<double>(weight * link.component(k));
-                          });
-  }
-}
-
 /// Inverts a symmetric positive definite matrix in place (Gauss-Jordan, which needs no pivots
-/// there), of which each thread holds a block. Row and column of the pivot go round by shared
-/// memory, two sets by turns.
-__device__ void invert(Domain& domain, int aggregates, const Piece& piece, double (&m)[3][3]) {
+/// there), of which a thread holds the block of aggregates (i, j), if `holds`. Row and column of
+/// the pivot go round by shared memory, two sets by turns.
+template <int parts>
+__device__ void invert(Domain<parts>& domain, int aggregates, bool holds, int i, int j,
+                       double (&m)[3][3]) {
   for (int block = 0; block < aggregates; ++block)
 #pragma unroll
     for (int c = 0; c < 3; ++c) {
       double* row = domain.pivot_row[(block + c) % 2];
       double* column = domain.pivot_column[(block + c) % 2];
-      for (int k = 0; k < 3; ++k) {
-        if (piece.i == block) row[3 * piece.j + k] = m[c][k];
-        if (piece.j == block) column[3 * piece.i + k] = m[k][c];
+      for (int k = 0; holds && k < 3; ++k) {
+        if (i == block) row[3 * j + k] = m[c][k];
+        if (j == block) column[3 * i + k] = m[k][c];
       }
       __syncthreads();
+      if (!holds) continue;
       const double scale = 1 / row[3 * block + c];
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-          const bool in_row = piece.i == block && i == c;
-          const bool in_column = piece.j == block && j == c;
-          const double scaled = row[3 * piece.j + j] * scale;
+      for (int r = 0; r < 3; ++r)
+        for (int k = 0; k < 3; ++k) {
+          const bool in_row = i == block && r == c;
+          const bool in_column = j == block && k == c;
+          const double scaled = row[3 * j + k] * scale;
           if (in_row)
-            m[i][j] = in_column ? scale : scaled;
+            m[r][k] = in_column ? scale : scaled;
           else if (in_column)
-            m[i][j] = -column[3 * piece.i + i] * scale;
+            m[r][k] = -column[3 * i + r] * scale;
           else
-            m[i][j] -= column[3 * piece.i + i] * scaled;
+            m[r][k] -= column[3 * i + r] * scaled;
         }
     }
 }
 
+/// Component (row, column) of the block of aggregates (i, j), of all parts.
+template <int parts>
+__device__ double joined(const Domain<parts>& domain, int i, int j, int row, int column) {
+  // Above the diagonal stands the transposed block below it.
+  const int pair = i >= j ? pair_of(i, j) : pair_of(j, i);
+  const int component = i >= j ? 3 * row + column : 3 * column + row;
+  const auto& sum = domain.sum;
+  static_assert(parts == 1 || parts == 4);
+  if constexpr (parts == 1)
+    return sum[0][pair][component];
+  else
+    return (sum[0][pair][component] + sum[1][pair][component]) +
+           (sum[2][pair][component] + sum[3][pair][component]);
+}
+
+template <int parts>
+constexpr int threads_of = std::max(side* side, (9 * side * parts + 31) / 32 * 32);
+
 /// One block a domain.
-/// @tparam parts threads that share the rows of a pair of aggregates, side by side in a warp
 template <class T, int parts>
-__global__ void __launch_bounds__(side* side* parts)
+__global__ void __launch_bounds__(threads_of<parts>)
     solve_schwarz_level(const __grid_constant__ SolveSchwarzLevel<T> a) {
-  __shared__ Domain domain;
-  constexpr int threads = side * side * parts;
+  __shared__ Domain<parts> domain;
+  constexpr int threads = threads_of<parts>;
   const auto thread = static_cast<int>(threadIdx.x);
-  Piece piece{};
-  piece.i = thread / parts / side;
-  piece.j = thread / parts % side;
-  piece.first = static_cast<Index>(blockIdx.x) * a.level.domain_rows();
-  piece.last = min(a.mesh.row_count, piece.first + a.level.domain_rows());
-  for (Index row = piece.first + thread; row < piece.last; row += threads)
-    domain.fixed[row - piece.first] = a.fixed.data()[a.row_begin + row];
-  const Index share = (Index{1} << a.level.shift) / parts;
-  const Index rows = piece.last - piece.first;
-  piece.begin = min(rows, (static_cast<Index>(piece.i) << a.level.shift) + thread % parts * share);
-  piece.end = min(rows, piece.begin + share);
-  piece.target = piece.first + (static_cast<Index>(piece.j) << a.level.shift);
-  piece.width = min(Index{1} << a.level.shift, piece.last - piece.target);
+  const Index first = static_cast<Index>(blockIdx.x) * a.level.domain_rows();
+  const Index rows = min(a.level.domain_rows(), a.mesh.row_count - first);
+  for (Index row = thread; row < rows; row += threads)
+    domain.fixed[row] = a.fixed.data()[a.row_begin + first + row];
+  for (int n = thread; n < parts * pair_count * 9; n += threads)
+    domain.sum[n / (pair_count * 9)][n / 9 % pair_count][n % 9] = 0;
   __syncthreads();
-  double m[3][3] = {};
+  BlockSums<T, parts>(a, domain, first, rows, thread).add_all();
+  __syncthreads();
   const auto aggregates = static_cast<int>(a.level.aggregates);
-  if (piece.i < aggregates && piece.j < aggregates) {
-    add_diagonal(a, piece, domain, m);
-    add_entries(a, a.mesh, piece, domain, m);
-    add_entries(a, a.far, piece, domain, m);
-    add_entries(a, a.contact, piece, domain, m);
-  }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      for (int step = 1; step < parts; step *= 2)
-        m[i][j] += __shfl_xor_sync(cuda::whole_warp, m[i][j], step);
-      if (piece.i == piece.j && i == j && m[i][j] == 0) m[i][j] = 1;
+  const int i = thread / side;
+  const int j = thread % side;
+  const bool holds = i < aggregates && j < aggregates;
+  double m[3][3] = {};
+  for (int r = 0; holds && r < 3; ++r)
+    for (int k = 0; k < 3; ++k) {
+      m[r][k] = joined(domain, i, j, r, k);
+      if (i == j && r == k && m[r][k] == 0) m[r][k] = 1;
     }
-  invert(domain, aggregates, piece, m);
-  if (thread % parts != 0 || piece.i < piece.j || piece.i >= aggregates) return;
+  invert(domain, aggregates, holds, i, j, m);
+  if (!holds || i < j) return;
   // Conjugate gradients need a symmetric preconditioner, to the bit.
   const int size = static_cast<int>(a.level.size());
   T* out = a.level.inverse.data() + static_cast<std::size_t>(blockIdx.x) * size * size;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      const int row = 3 * piece.i + i;
-      const int column = 3 * piece.j + j;
+  for (int r = 0; r < 3; ++r)
+    for (int k = 0; k < 3; ++k) {
+      const int row = 3 * i + r;
+      const int column = 3 * j + k;
       if (row < column) continue;
-      out[row * size + column] = static_cast<T>(m[i][j]);
-      out[column * size + row] = static_cast<T>(m[i][j]);
+      out[row * size + column] = static_cast<T>(m[r][k]);
+      out[column * size + row] = static_cast<T>(m[r][k]);
     }
 }
 
@@ -182,11 +204,10 @@ void run(OnCuda, Queue& queue, const SolveSchwarzLevel<T>& args) {
   cuda_queue.make_current();
   const Index step = args.level.domain_rows();
   const auto blocks = static_cast<unsigned>((rows + step - 1) / step);
-  // Two rows a thread, or sixteen.
   if (args.level.shift <= schwarz_shift(0))
-    solve_schwarz_level<T, 1><<<blocks, side * side, 0, cuda_queue.stream()>>>(args);
+    solve_schwarz_level<T, 1><<<blocks, threads_of<1>, 0, cuda_queue.stream()>>>(args);
   else
-    solve_schwarz_level<T, 4><<<blocks, side * side * 4, 0, cuda_queue.stream()>>>(args);
+    solve_schwarz_level<T, 4><<<blocks, threads_of<4>, 0, cuda_queue.stream()>>>(args);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
 

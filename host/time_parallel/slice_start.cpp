@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/base/temporary_file.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/intersection_check.hpp"
@@ -15,7 +16,6 @@
 #include "host/state/store.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/frozen_meshes.hpp"
-#include "host/time_parallel/passing_file.hpp"
 #include "host/time_parallel/placed_state.hpp"
 #include "host/time_parallel/spin_up.hpp"
 #include "weft/core/at.hpp"
@@ -256,7 +256,7 @@ bool write_from(const Scene& fine, const CoarseScene& level, std::int64_t from, 
   start.work = earlier_work;
   start.spin_up = step - from;
   start.iterations_max = recovery_iterations(fine, frame_step_length(fine.time));
-  const PassingFile earlier(std::filesystem::path(file).replace_extension("earlier"));
+  const TemporaryFile earlier(std::filesystem::path(file).replace_extension("earlier"));
   std::filesystem::path begin;  // of the run-in
   if (from > 0) {
     begin = from == step ? file : earlier.path;

@@ -82,8 +82,8 @@ ROOMS = {
     "io/json": ("input",),
     "io/mesh": ("base", "input", "geometry"),
     "io/spool": ("base", "input", "io/mesh"),
-    "io/usd": ("input", "geometry", "io/mesh", "io/spool"),
-    "io/gltf": ("input", "geometry", "scene", "io/spool"),
+    "io/usd": ("base", "input", "geometry", "io/mesh", "io/spool"),
+    "io/gltf": ("base", "input", "geometry", "scene", "io/spool"),
     "io/animation": ("base", "input", "geometry", "model", "io/mesh", "io/spool", "io/usd"),
     "io/pattern": ("base", "input", "geometry", "meshing", "io/json", "io/mesh"),
     "io/arcsim": ("base", "input", "scene/fabric", "scene", "io/json", "io/mesh"),
@@ -96,7 +96,7 @@ ROOMS = {
     "lab/worn": (),
     "lab/chart": ("lab/check",),
     "lab/plan": ("geometry", "scene/seams", "scene", "model", "implicit/contact"),
-    "app/process": (),
+    "app/process": ("base",),
     "app/run": (
         "base", "input", "exec", "scene/fabric", "scene", "time_parallel", "io/json", "io/mesh", "io/spool", "io/usd",
         "io/gltf", "render", "io/scene", "lab/check", "app/process",
@@ -106,7 +106,7 @@ ROOMS = {
         "app/process", "app/run",
     ),
     "app/plan": (
-        "base", "input", "scene", "io/scene", "lab/chart", "lab/plan", "app/process", "app/run", "app/chart",
+        "base", "input", "scene", "lab/chart", "lab/plan", "app/process", "app/run", "app/chart",
     ),
     "app/render": (
         "base", "input", "scene", "view", "io/mesh", "io/animation", "render", "io/scene",

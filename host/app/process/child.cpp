@@ -13,10 +13,9 @@
 #include <cstdio>
 #include <fstream>
 #include <string_view>
-#include <system_error>
 #include <thread>
 
-#include "weft/error.hpp"
+#include "host/base/file_operations.hpp"
 
 extern char** environ;
 
@@ -49,8 +48,7 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0)
-    throw SceneError(log.string() + ": cannot write: " + std::generic_category().message(errno));
+  if (file < 0) fail_on(log, "write");
   cpu_set_t set;
   CPU_ZERO(&set);
   for (const int core : cores) CPU_SET(static_cast<unsigned>(core), &set);
@@ -58,8 +56,7 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
   const pid_t child = ::fork();
   if (child == 0) become(argv.data(), file, cores.empty() ? nullptr : &set);
   ::close(file);
-  if (child < 0)
-    throw SceneError("weft run: cannot start: " + std::generic_category().message(errno));
+  if (child < 0) fail_on("weft run", "start");
   const auto start = std::chrono::steady_clock::now();
   ChildEnd end;
   int status = 0;
@@ -92,8 +89,7 @@ std::optional<ChildEnd> run_program(std::vector<std::string> words,
   const int error = ::posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (error == ENOENT) return std::nullopt;
-  if (error != 0)
-    throw SceneError(words[0] + ": cannot start: " + std::generic_category().message(error));
+  if (error != 0) fail_on(words[0], "start", error);
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "host/base/file_operations.hpp"
 #include "host/io/json/json_fields.hpp"
 #include "weft/error.hpp"
 
@@ -17,8 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_scene_file(const fs::path& path) {
-  std::error_code error;
-  return fs::exists(path, error) && !fs::is_directory(path, error);
+  return is_there(path) && !is_folder(path);
 }
 
 /// Beside the installed program, or else those of the sources; empty: neither is there.

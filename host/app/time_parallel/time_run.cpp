@@ -28,6 +28,7 @@
 #include "host/app/time_parallel/time_report.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/exec/device_text.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/origin.hpp"
@@ -51,8 +52,7 @@ class OrderedFrames {
   /// @param change what is done to a frame before it is written
   void go_on(const std::function<Frame(Frame)>& change = {}) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    std::error_code error;
-    while (fs::exists(DiskSink::frame_file(run_, next_), error)) {
+    while (is_there(DiskSink::frame_file(run_, next_))) {
       KeptFrame kept = read_kept_frame(DiskSink::frame_file(run_, next_));
       kept.frame.origin = origin_of(scene_);
       if (change) kept.frame = change(std::move(kept.frame));
@@ -210,23 +210,20 @@ int TimeRun::usual_workers(std::int64_t steps) const {
 /// Whether the directory holds a run of the same scene that was cut off. A rank that is lost takes
 /// the others with it; the same command then goes on with what they have left.
 bool TimeRun::left_unfinished() const {
-  std::error_code error;
-  if (!fs::exists(directory_.path() / "partition.json", error) ||
-      !fs::exists(directory_.scene(), error) ||
+  if (!is_there(directory_.path() / "partition.json") || !is_there(directory_.scene()) ||
       bytes_if_readable(directory_.scene()) != resolved_.dump(2) + "\n")
     return false;
   const Json schedule =
       Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
   if (!schedule.is_object()) return false;
-  if (!fs::exists(directory_.report(), error)) return true;
+  if (!is_there(directory_.report())) return true;
   const Json report = Json::parse(bytes_if_readable(directory_.report()), nullptr, false);
   return report.is_discarded() || report.contains("failure");
 }
 
 /// A run that was cut off, which the same command continues, is no other run.
 std::unique_ptr<RunLock> TimeRun::lock_unless_unfinished() const {
-  std::error_code error;
-  if (ranks_ != nullptr && fs::is_directory(directory_.path(), error) && left_unfinished())
+  if (ranks_ != nullptr && is_folder(directory_.path()) && left_unfinished())
     return std::make_unique<RunLock>(directory_.path());
   return lock_existing(directory_, request_);
 }

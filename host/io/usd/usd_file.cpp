@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/base/file_operations.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "weft/error.hpp"
 
@@ -23,10 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
-
-[[noreturn]] void fail(const fs::path& path) {
-  throw SceneError(path.string() + ": cannot read: " + std::generic_category().message(errno));
-}
 
 /// Numbers of one attribute of one mesh at one instant.
 class ArrayReader {
@@ -280,11 +277,11 @@ class MeshReader {
 MappedFile::MappedFile(const fs::path& path) {
   const FileDescriptor file = open_regular_file(path, O_RDONLY, "read");
   struct stat status = {};
-  if (::fstat(file.number(), &status) != 0) fail(path);
+  if (::fstat(file.number(), &status) != 0) fail_on(path, "read");
   size_ = static_cast<std::size_t>(status.st_size);
   if (size_ == 0) return;
   void* data = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file.number(), 0);
-  if (data == MAP_FAILED) fail(path);
+  if (data == MAP_FAILED) fail_on(path, "read");
   data_ = data;
 }
 

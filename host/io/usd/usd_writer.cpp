@@ -7,15 +7,15 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "host/base/file_operations.hpp"
+#include "host/base/temporary_file.hpp"
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
-#include "host/io/spool/temporary_file.hpp"
 #include "host/io/usd/usd_file.hpp"
 #include "weft/error.hpp"
 
@@ -452,9 +452,7 @@ void write_usd(const fs::path& path, const SpoolReader& spool) {
   write_materials(out, materials);
   out << "}\n";
   if (!out.close()) throw SceneError(path.string() + ": cannot write");
-  std::error_code error;
-  fs::rename(temporary.path, path, error);
-  if (error) throw SceneError(path.string() + ": cannot write: " + error.message());
+  rename_file(temporary.path, path);
 }
 
 }  // namespace weft::io

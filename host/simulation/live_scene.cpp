@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <type_traits>
 
 #include "host/input/checker.hpp"
 #include "host/input/quantity.hpp"
@@ -238,10 +237,8 @@ void LiveScene::make_run() {
 
 /// Makes model and stores again, of a scene that has changed in what they hold.
 void LiveScene::remake_run() {
-  visit([this](auto& run) {
-    using R = std::remove_reference_t<decltype(run)>;
-    auto& current = std::get<std::unique_ptr<R>>(run_);
-    auto next = std::make_unique<R>(scene_, devices_, sewing_, current.get());
+  visit_current([this]<class T>(std::unique_ptr<Run<T>>& current) {
+    auto next = std::make_unique<Run<T>>(scene_, devices_, sewing_, current.get());
     next->store.set_compression(adaptive_.compression);
     next->store.restore(current->store.snapshot());
     current = std::move(next);
@@ -251,10 +248,8 @@ void LiveScene::remake_run() {
 
 double LiveScene::sew(bool frame_ends, StepReport& report) {
   double changed = 0;
-  if (!sewing_.welded.empty() && !sewing_.complete()) {
-    if (auto* single = std::get_if<1>(&run_)) changed = sew(*single, frame_ends, report);
-    if (auto* twice = std::get_if<2>(&run_)) changed = sew(*twice, frame_ends, report);
-  }
+  if (!sewing_.welded.empty() && !sewing_.complete())
+    changed = visit_current([&](auto& current) { return sew(current, frame_ends, report); });
   update_closing_times(frame_ends);
   return changed + let_fall();
 }
@@ -311,9 +306,8 @@ std::vector<std::vector<std::array<Index, 2>>> LiveScene::refine_if_sewn() {
 }
 
 RemeshReport LiveScene::remesh() {
-  if (auto* single = std::get_if<1>(&run_))
-    return remesh_step(scene_, sewing_, adaptive_, devices_, *single);
-  return remesh_step(scene_, sewing_, adaptive_, devices_, *std::get_if<2>(&run_));
+  return visit_current(
+      [this](auto& current) { return remesh_step(scene_, sewing_, adaptive_, devices_, current); });
 }
 
 void LiveScene::begin_program_frame(double seconds) {
@@ -479,7 +473,7 @@ bool LiveScene::set_live(const std::string& bytes, const std::string& file) {
     return true;
   }
   const std::string head = bytes.substr(0, FrameClock::packed_size());
-  Unpacker unpacker(head, file, "live", "what the program had set");
+  Unpacker unpacker(head, file, "checkpoint live", "what the program had set");
   const bool counted = clock_.unpack(unpacker);
   live_.read(bytes.substr(head.size()), file, scene_);
   return counted;

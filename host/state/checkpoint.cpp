@@ -55,10 +55,10 @@ std::string writer_of(std::uint32_t format) {
 
 class Writer {
  public:
-  explicit Writer(std::uint32_t chunks) {
+  Writer() {
     bytes_ = magic;
     append(&version, sizeof version);
-    append(&chunks, sizeof chunks);
+    append(&chunks_, sizeof chunks_);
   }
   void chunk(std::string_view name, const void* data, std::size_t bytes) {
     char padded[name_bytes] = {};
@@ -71,18 +71,23 @@ class Writer {
     const std::uint64_t sum = hash.value();
     append(&sum, sizeof sum);
     append(data, bytes);
+    ++chunks_;
   }
   template <class T>
   void chunk(std::string_view name, const std::vector<T>& values) {
     chunk(name, values.data(), values.size() * sizeof(T));
   }
-  std::string bytes() && { return std::move(bytes_); }
+  std::string bytes() && {
+    std::memcpy(bytes_.data() + magic.size() + sizeof version, &chunks_, sizeof chunks_);
+    return std::move(bytes_);
+  }
 
  private:
   void append(const void* data, std::size_t bytes) {
     bytes_.append(static_cast<const char*>(data), bytes);
   }
   std::string bytes_;
+  std::uint32_t chunks_ = 0;
 };
 
 /// Name of a chunk for messages, which a damaged file may make anything.
@@ -99,7 +104,6 @@ void write_sleep(const SleepState<T>& sleep, Writer& out) {
   out.chunk("sleep_marks_2", sleep.marks[1]);
   out.chunk("sleep_causes", &sleep.causes, sizeof sleep.causes);
 }
-constexpr std::uint32_t sleep_chunks = 4;
 
 /// What a run wrote in which components of cloth may sleep; nothing of another run.
 template <class T>
@@ -202,12 +206,7 @@ std::string checkpoint_bytes(const Scene& scene, const Model& model, const State
                              const std::string& live, const Fingerprint& fingerprint,
                              std::int32_t quiet_frames) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
-  Writer out(10 + (sewing.welded.empty() ? 0 : 2) + (sewing.refused.empty() ? 0 : 1) +
-             (adaptive.empty() ? 0 : 1) + (live.empty() ? 0 : 1) +
-             (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) + (state.driven.empty() ? 0 : 1) +
-             (state.backoff == Backoff{} ? 0 : 1) +
-             (state.sleep.pieces.empty() ? 0 : sleep_chunks) + (scene.time.automatic ? 1 : 0) +
-             (quiet_frames > 0 ? 1 : 0));
+  Writer out;
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/base/temporary_file.hpp"
+#include "host/geometry/aabb.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/intersection_check.hpp"
@@ -309,16 +310,9 @@ int recovery_iterations(const Scene& scene, double step) {
 }
 
 double cloth_size(const Scene& scene) {
-  Vec3<double> low = scene.cloths.front().mesh.positions.front();
-  Vec3<double> high = low;
-  for (const Cloth& cloth : scene.cloths)
-    for (const Vec3<double>& x : cloth.mesh.positions)
-      for (int c = 0; c < 3; ++c) {
-        low[c] = std::min(low[c], x[c]);
-        high[c] = std::max(high[c], x[c]);
-      }
-  const Vec3<double> side = high - low;
-  return std::max({side[0], side[1], side[2]});
+  Aabb box;
+  for (const Cloth& cloth : scene.cloths) box.include(aabb_of(cloth.mesh.positions));
+  return box.longest_side();
 }
 
 SliceStart write_slice_start(const Scene& fine, const CoarseScene& level, std::int64_t step,

@@ -71,12 +71,12 @@ ROOMS = {
     "untangle": ("geometry", "scene/seams", "scene", "model"),
     "asynchronous": ("model", "state"),
     "simulation": (
-        "input", "exec", "scene/seams", "scene", "model", "state", "implicit/parallel",
+        "base", "input", "exec", "scene/seams", "scene", "model", "state", "implicit/parallel",
         "implicit/linear", "implicit", "implicit/sleep", "view", "adaptive", "untangle",
         "asynchronous",
     ),
     "time_parallel": (
-        "base", "scene/seams", "scene", "model", "state", "implicit/tracking", "implicit",
+        "base", "geometry", "scene/seams", "scene", "model", "state", "implicit/tracking", "implicit",
         "adaptive", "untangle", "simulation",
     ),
     "io/json": ("input",),
@@ -94,7 +94,7 @@ ROOMS = {
     ),
     "lab/check": (),
     "lab/worn": (),
-    "lab/chart": ("lab/check",),
+    "lab/chart": ("geometry", "lab/check"),
     "lab/plan": ("geometry", "scene/seams", "scene", "model", "implicit/contact"),
     "app/process": ("base",),
     "app/run": (
@@ -102,20 +102,20 @@ ROOMS = {
         "io/gltf", "render", "io/scene", "lab/check", "app/process",
     ),
     "app/chart": (
-        "base", "input", "io/animation", "io/scene", "lab/check", "lab/chart", "lab/plan",
+        "base", "input", "geometry", "io/animation", "io/scene", "lab/check", "lab/chart", "lab/plan",
         "app/process", "app/run",
     ),
     "app/plan": (
-        "base", "input", "scene", "lab/chart", "lab/plan", "app/process", "app/run", "app/chart",
+        "base", "input", "scene", "lab/plan", "app/process", "app/run", "app/chart",
     ),
     "app/render": (
         "base", "input", "scene", "view", "io/mesh", "io/animation", "render", "io/scene",
         "app/run",
     ),
     "app/manual": (),
-    "app/new": ("base", "input", "scene/fabric", "scene", "io/mesh", "io/scene"),
+    "app/new": ("base", "input", "geometry", "scene/fabric", "scene", "io/mesh", "io/scene"),
     "app/view": (
-        "base", "input", "io/mesh", "io/animation", "render", "app/process", "app/run", "app/render",
+        "base", "input", "geometry", "io/mesh", "io/animation", "render", "app/process", "app/run", "app/render",
     ),
     "app/time_parallel": (
         "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",

@@ -114,9 +114,7 @@ AccuracyTargetRun::AccuracyTargetRun(const RunRequest& request, AccuracyTarget t
   const Scene scene = with_fixed_steps(first.read(), "--need");
   for (const std::string& text : overrides)
     if (is_model_switch(text)) model_.push_back(text);
-  std::size_t triangles = 0;
-  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
-  first_ = {std::move(all), scene.time.step, static_cast<double>(triangles)};
+  first_ = {std::move(all), scene.time.step, static_cast<double>(triangle_count(scene))};
   other_meshes_ = takes_triangles(std::move(first), std::max(100.0, first_.triangles));
   bdf2_ = scene.integrator == Integrator::bdf2;
   frames_ = scene.time.frames;

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "host/base/file_bytes.hpp"
+#include "host/geometry/aabb.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -91,12 +92,6 @@ void add_numerics(const Scene& scene, bool quick, Sweep& sweep) {
   for (const double share : quick ? std::vector<double>{2} : std::vector<double>{0.5, 2})
     sweep.add("thickness", fmt::format("{:.4g} m", contact_thickness(scene.contact) * share),
               {set("contact.thickness", contact_thickness(scene.contact) * share)});
-}
-
-std::size_t triangle_count(const Scene& scene) {
-  std::size_t triangles = 0;
-  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
-  return triangles;
 }
 
 /// Scenes whose meshes are files do not change; their points lie on each other.
@@ -197,6 +192,18 @@ void fields(JsonFields& io, ChartPoint& p) {
 
 ChartPoint point_from_json(const Json& json) {
   return read_fields<ChartPoint>(json, {"series", "method", "seconds", "error"});
+}
+
+std::size_t triangle_count(const Scene& scene) {
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
+  return triangles;
+}
+
+double diagonal_of(const Scene& scene) {
+  Aabb box;
+  for (const Cloth& cloth : scene.cloths) box.include(aabb_of(cloth.mesh.positions));
+  return box.diagonal();
 }
 
 Scene with_fixed_steps(Scene scene, const std::string& command) {

@@ -66,6 +66,12 @@ void fields(JsonFields& io, ChartPoint& point);
 /// @throws Json::exception if it is no point
 ChartPoint point_from_json(const Json& json);
 
+/// Of all cloths.
+std::size_t triangle_count(const Scene& scene);
+
+/// [m] of the box around all cloths at the start
+double diagonal_of(const Scene& scene);
+
 /// The scene itself.
 /// @param command that tries other time steps, for the message
 /// @throws SceneError if steps are of automatic length

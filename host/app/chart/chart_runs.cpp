@@ -160,14 +160,6 @@ const char* chaos_name(bool shaken) {
   return shaken ? "chaos_shaken" : "chaos_plain";
 }
 
-/// [m] of all cloth at the start
-double diagonal_of(const Scene& scene) {
-  std::vector<Vec3<double>> all;
-  for (const Cloth& cloth : scene.cloths)
-    all.insert(all.end(), cloth.mesh.positions.begin(), cloth.mesh.positions.end());
-  return lab::diagonal(all);
-}
-
 std::vector<std::string> chaos_overrides(const Scene& scene, bool shaken) {
   std::vector<std::string> overrides{"precision=double"};
   if (shaken)

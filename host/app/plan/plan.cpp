@@ -254,10 +254,8 @@ void make_plan(const PlanRequest& request) {
   if (!request.target.empty())
     parse_accuracy_target(request.target);  // refused before anything runs
   const Scene scene = request.read();
-  std::size_t triangles = 0;
-  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
-  fmt::print("{}: {} triangles, method {}, {} frames\n\n", one_line(scene.name), triangles,
-             scene.method, scene.time.frames);
+  fmt::print("{}: {} triangles, method {}, {} frames\n\n", one_line(scene.name),
+             triangle_count(scene), scene.method, scene.time.frames);
   auto stages = lab::plan_stages(scene);
   SmallRuns small(scene, request);
   decide_spares(scene, request, small, stages);

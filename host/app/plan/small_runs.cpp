@@ -9,10 +9,8 @@
 
 namespace weft::app {
 
-SmallRuns::SmallRuns(const Scene& scene, SceneRequest request) : request_(std::move(request)) {
-  for (const Cloth& cloth : scene.cloths)
-    triangles_ += static_cast<double>(cloth.mesh.triangles.size());
-}
+SmallRuns::SmallRuns(const Scene& scene, SceneRequest request)
+    : request_(std::move(request)), triangles_(static_cast<double>(triangle_count(scene))) {}
 
 bool SmallRuns::reducible(double triangles) const {
   return takes_triangles(request_, triangles);

@@ -37,7 +37,7 @@ class SmallRuns {
 
  private:
   SceneRequest request_;
-  double triangles_ = 0;
+  double triangles_;
   ScratchFolder scratch_;
   std::map<std::vector<std::string>, Run> done_;  ///< by arguments
 };

@@ -85,9 +85,11 @@ class ShownRun {
     if (scene() != nullptr) ranges.contact = contact_reach;
     for (const std::size_t place : places_) {
       const PlayerFrame frame = read(place);
-      for (const auto& cloth : frame.meshes.cloths) ranges.cloths.add(cloth.mesh.positions);
-      for (const auto& body : frame.meshes.obstacles) ranges.obstacles.add(body.mesh.positions);
-      ranges.obstacles.add(frame.displaced);
+      for (const auto& cloth : frame.meshes.cloths)
+        ranges.cloths.include(aabb_of(cloth.mesh.positions));
+      for (const auto& body : frame.meshes.obstacles)
+        ranges.obstacles.include(aabb_of(body.mesh.positions));
+      ranges.obstacles.include(aabb_of(frame.displaced));
       const io::CornerValues strain = io::strain_values(frame.meshes.cloths);
       if (extent_of(strain))
         ranges.strain = std::max(ranges.strain, std::max(torn_triangles_apart(strain), 1e-3));

@@ -170,13 +170,6 @@ class Corners {
   std::vector<Index> repeated_;
 };
 
-std::vector<Vec3<float>> in_single(const std::vector<Vec3<double>>& values) {
-  std::vector<Vec3<float>> result;
-  result.reserve(values.size());
-  for (const Vec3<double>& x : values) result.push_back(vec_cast<float>(x));
-  return result;
-}
-
 std::vector<Vec3<float>> difference(std::vector<Vec3<float>> a, const std::vector<Vec3<float>>& b) {
   for (std::size_t i = 0; i < a.size(); ++i) a[i] -= b[i];
   return a;

@@ -63,12 +63,6 @@ constexpr std::uint32_t flag_velocities = 4;
   throw SceneError(path.string(), field, value, "a spool of frames as weft writes it");
 }
 
-std::uint64_t checksum_of(const std::string& bytes) {
-  Checksum checksum;
-  checksum.add(bytes.data(), bytes.size());
-  return checksum.value();
-}
-
 template <class T>
 void append_bytes(std::string& bytes, const T* values, std::size_t count) {
   if (count > 0) bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
@@ -103,14 +97,6 @@ bool same(const std::vector<Vec<T, N>>& a, const std::vector<Vec<T, N>>& b) {
 bool same(const std::vector<Tri>& a, const std::vector<Tri>& b) {
   return a.size() == b.size() &&
          (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Tri)) == 0);
-}
-
-template <int N>
-std::vector<Vec<float, N>> in_single(const std::vector<Vec<double, N>>& values) {
-  std::vector<Vec<float, N>> result;
-  result.reserve(values.size());
-  for (const auto& x : values) result.push_back(vec_cast<float>(x));
-  return result;
 }
 
 template <int N>

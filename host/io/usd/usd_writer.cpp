@@ -13,6 +13,7 @@
 
 #include "host/base/file_operations.hpp"
 #include "host/base/temporary_file.hpp"
+#include "host/geometry/aabb.hpp"
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
@@ -95,13 +96,8 @@ void write_counts(TextFile& out, const std::vector<Tri>& triangles) {
 }
 
 void write_extent(TextFile& out, const std::vector<Vec3<double>>& points) {
-  std::vector<Vec3<double>> box(2, points.empty() ? Vec3<double>{0, 0, 0} : points[0]);
-  for (const Vec3<double>& x : points)
-    for (int k = 0; k < 3; ++k) {
-      box[0][k] = std::min(box[0][k], x[k]);
-      box[1][k] = std::max(box[1][k], x[k]);
-    }
-  write_array(out, box);
+  const Aabb box = points.empty() ? Aabb{{0, 0, 0}, {0, 0, 0}} : aabb_of(points);
+  write_array(out, std::vector<Vec3<double>>{box.lo, box.hi});
 }
 
 /// A name that USD takes: letters, digits and _, no digit in front, none of its siblings'.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <tuple>
 
 #include "host/input/checker.hpp"
 #include "host/input/quantity.hpp"
@@ -403,11 +404,7 @@ void LiveScene::take_up(const CheckpointReader& in) {
   }
   // If the checkpoint turns out not to fit, everything has to be as it was. The scene stays where
   // it is: the program may hold Simulation::scene().
-  Scene scene_before = scene_;
-  Sewing sewing_before = sewing_;
-  AdaptiveRun adaptive_before = adaptive_;
-  LiveInputs live_before = live_;
-  FrameClock clock_before = clock_;
+  auto before = std::tuple(scene_, sewing_, adaptive_, live_, clock_);
   Runs run_before = std::move(run_);
   try {
     move_origin(scene_, origin);
@@ -417,11 +414,7 @@ void LiveScene::take_up(const CheckpointReader& in) {
     make_run();
     load(in, counted);
   } catch (...) {
-    scene_ = std::move(scene_before);
-    sewing_ = std::move(sewing_before);
-    adaptive_ = std::move(adaptive_before);
-    live_ = std::move(live_before);
-    clock_ = std::move(clock_before);
+    std::tie(scene_, sewing_, adaptive_, live_, clock_) = std::move(before);
     run_ = std::move(run_before);
     throw;
   }

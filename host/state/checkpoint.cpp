@@ -10,6 +10,7 @@
 #include "host/base/checksum.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/input/quantity.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/origin.hpp"
 #include "weft/error.hpp"
@@ -89,13 +90,6 @@ class Writer {
   std::string bytes_;
   std::uint32_t chunks_ = 0;
 };
-
-/// Name of a chunk for messages, which a damaged file may make anything.
-std::string shown(std::string name) {
-  for (char& c : name)
-    if (c < ' ' || c > '~') c = '?';
-  return "chunk \"" + name + "\"";
-}
 
 template <class T>
 void write_sleep(const SleepState<T>& sleep, Writer& out) {
@@ -274,13 +268,18 @@ void CheckpointReader::read() {
   if (position_ != bytes_.size()) refuse("end", "has bytes after the last chunk", "nothing there");
 }
 
-void CheckpointReader::get(const std::string& chunk, void* to, std::size_t bytes) const {
+std::string_view CheckpointReader::bytes_of(const std::string& chunk) const {
   const auto found = chunks_.find(chunk);
   if (found == chunks_.end()) refuse(chunk, "is missing", "all chunks");
-  if (found->second.size() != bytes)
-    refuse(chunk, "has " + std::to_string(found->second.size()) + " bytes",
+  return found->second;
+}
+
+void CheckpointReader::get(const std::string& chunk, void* to, std::size_t bytes) const {
+  const std::string_view found = bytes_of(chunk);
+  if (found.size() != bytes)
+    refuse(chunk, "has " + std::to_string(found.size()) + " bytes",
            std::to_string(bytes) + ", as this scene and its precision have");
-  if (bytes > 0) std::memcpy(to, found->second.data(), bytes);
+  if (bytes > 0) std::memcpy(to, found.data(), bytes);
 }
 
 void CheckpointReader::refuse(const std::string& field, const std::string& value,
@@ -299,17 +298,18 @@ void CheckpointReader::read_chunk() {
   std::uint64_t size = 0;
   std::uint64_t sum = 0;
   take(name, name_bytes);
+  const std::string shown = "chunk " + quoted_start(name);
   if (std::any_of(name + std::strlen(name), name + name_bytes, [](char c) { return c != 0; }))
-    refuse(shown(name), "has more behind its name", "zeros there");
+    refuse(shown, "has more behind its name", "zeros there");
   take(&size, sizeof size);
   take(&sum, sizeof sum);
-  if (size > bytes_.size() - position_) refuse(shown(name), "is truncated", "a whole file");
+  if (size > bytes_.size() - position_) refuse(shown, "is truncated", "a whole file");
   const std::string_view data = std::string_view(bytes_).substr(position_, size);
   position_ += size;
   Checksum hash;
   hash.add(data.data(), data.size());
-  if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
-  if (!chunks_.emplace(name, data).second) refuse(shown(name), "is given twice", "each chunk once");
+  if (hash.value() != sum) refuse(shown, "has a wrong checksum", "an undamaged file");
+  if (!chunks_.emplace(name, data).second) refuse(shown, "is given twice", "each chunk once");
 }
 
 bool whole_checkpoint(const std::filesystem::path& file) {
@@ -353,9 +353,7 @@ Sewing read_sewing(const CheckpointReader& in, std::size_t pairs, std::size_t se
 }
 
 std::string read_adaptive(const CheckpointReader& in) {
-  std::vector<char> bytes;
-  in.get_all("adaptive", bytes);
-  return {bytes.begin(), bytes.end()};
+  return std::string(in.bytes_of("adaptive"));
 }
 
 std::int32_t read_quiet_frames(const CheckpointReader& in) {
@@ -366,16 +364,12 @@ std::int32_t read_quiet_frames(const CheckpointReader& in) {
 }
 
 std::string read_live(const CheckpointReader& in) {
-  std::vector<char> bytes;
-  if (in.has("live")) in.get_all("live", bytes);
-  return {bytes.begin(), bytes.end()};
+  return in.has("live") ? std::string(in.bytes_of("live")) : std::string();
 }
 
 Fingerprint read_fingerprint(const CheckpointReader& in) {
-  std::vector<char> bytes;
-  in.get_all("scene", bytes);
   Fingerprint fingerprint;
-  if (!fingerprint_from({bytes.begin(), bytes.end()}, fingerprint))
+  if (!fingerprint_from(std::string(in.bytes_of("scene")), fingerprint))
     in.refuse("scene", "is no list of names and values", "what weft has written");
   return fingerprint;
 }

@@ -44,9 +44,7 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
                    double limit, const std::vector<int>& cores) {
   std::vector<std::string> words{"weft"};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  std::vector<char*> argv = argument_list(words);
   const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) fail_on(log, "write");
   cpu_set_t set;
@@ -76,9 +74,7 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
 std::optional<ChildEnd> run_program(std::vector<std::string> words,
                                     const std::filesystem::path& folder,
                                     const std::filesystem::path& log) {
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  std::vector<char*> argv = argument_list(words);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
@@ -99,6 +95,13 @@ std::optional<ChildEnd> run_program(std::vector<std::string> words,
   for (std::string line; std::getline(in, line);)
     if (line.find_first_not_of(" \t\r^") != std::string::npos) end.message = line;
   return end;
+}
+
+std::vector<char*> argument_list(std::vector<std::string>& words) {
+  std::vector<char*> list;
+  for (std::string& word : words) list.push_back(word.data());
+  list.push_back(nullptr);
+  return list;
 }
 
 std::vector<std::vector<int>> core_groups(int count) {

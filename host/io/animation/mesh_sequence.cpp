@@ -11,6 +11,7 @@
 
 #include "host/base/file_bytes.hpp"
 #include "host/base/file_operations.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/mesh/pc2_file.hpp"
 #include "host/io/spool/frame_spool.hpp"
 #include "host/io/usd/usd_file.hpp"
@@ -22,14 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int max_frame = 999'999'999;
-
-/// As one short line of printable characters.
-std::string shown(const std::string& text) {
-  std::string result = text.substr(0, 60);
-  for (char& c : result)
-    if (c < ' ' || c > '~') c = '?';
-  return result;
-}
 
 /// Frames a second of a run, if its scene.json says.
 std::optional<double> frame_rate_of(const fs::path& run) {
@@ -350,7 +343,7 @@ NumberedName::NumberedName(const std::string& pattern) : before_(pattern) {
     at += 2;
   }
   if (at >= pattern.size() || pattern[at] != 'd' || pattern.find('%', at) != std::string::npos)
-    throw SceneError("", "name of a sequence of files", shown(pattern),
+    throw SceneError("", "name of a sequence of files", quoted_start(pattern),
                      "one place for a number, such as %05d");
   has_place_ = true;
   before_ = pattern.substr(0, percent);

@@ -21,18 +21,6 @@ constexpr std::array<std::string_view, 23> ignored_keywords{
     "s",  "mtllib", "shadow_obj", "usemap", "vn", "vp", "vv", "lod", "mg", "l",  "p", "vl",
     "ny", "nv",     "nl",         "e",      "ea", "ed", "el", "ts",  "fs", "td", "fd"};
 
-/// Takes the next word off the front of a line.
-std::string_view next_word(std::string_view& line) {
-  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  std::size_t begin = 0;
-  while (begin < line.size() && is_space(line[begin])) ++begin;
-  std::size_t end = begin;
-  while (end < line.size() && !is_space(line[end])) ++end;
-  const std::string_view word = line.substr(begin, end - begin);
-  line.remove_prefix(end);
-  return word;
-}
-
 /// Polygons with more corners are split from their first one: finding the best takes n^2.
 constexpr std::size_t max_searched_corners = 64;
 
@@ -121,8 +109,8 @@ class ObjReader {
 
  private:
   std::string unknown_text() const {
-    return "line " + std::to_string(unknown_line_) + ": keyword \"" + unknown_keyword_ +
-           "\" is unknown and passed over" +
+    return "line " + std::to_string(unknown_line_) + ": keyword " + unknown_keyword_ +
+           " is unknown and passed over" +
            (unknown_count_ > 1 ? ", the first of " + std::to_string(unknown_count_) + " such lines"
                                : "");
   }
@@ -132,17 +120,11 @@ class ObjReader {
     Index texture = -1;
   };
 
-  static std::string printable(std::string_view text) {
-    std::string shown;
-    for (const char c : text) shown += c >= ' ' && c <= '~' ? c : '?';
-    return shown;
-  }
-
   [[noreturn]] void refuse(const std::string& field, std::string_view value,
                            const std::string& allowed) const {
     // A line of a broken file may be anything: keep the message one short printable line.
     throw SceneError(file_, "line " + std::to_string(line_number_) + ": " + field,
-                     "\"" + printable(value.substr(0, 60)) + "\"", allowed);
+                     quoted_start(value), allowed);
   }
 
   void read_line(std::string_view line) {
@@ -179,7 +161,7 @@ class ObjReader {
   void note_unknown(std::string_view keyword) {
     if (unknown_count_++ > 0) return;
     unknown_line_ = line_number_;
-    unknown_keyword_ = printable(keyword.substr(0, 60));
+    unknown_keyword_ = quoted_start(keyword);
   }
 
   /// @return how many numbers there were, up to `numbers.size()`
@@ -292,9 +274,7 @@ class ObjReader {
   void read_group(std::string_view keyword, std::string_view rest) {
     const std::size_t level = keyword == "o" ? 0 : keyword == "g" ? 1 : 2;
     const std::string_view name = next_word(rest);
-    names_[level] = name;
-    for (char& c : names_[level])
-      if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';  // messages show names
+    names_[level] = without_controls(std::string(name));  // messages show names
     for (std::size_t k = level + 1; k < 2; ++k) names_[k].clear();
     with_materials_ = with_materials_ || !names_[2].empty();
     with_groups_ = with_groups_ || (level == 1 && !names_[1].empty());
@@ -400,6 +380,17 @@ class ObjReader {
 };
 
 }  // namespace
+
+std::string_view next_word(std::string_view& line) {
+  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  std::size_t begin = 0;
+  while (begin < line.size() && is_space(line[begin])) ++begin;
+  std::size_t end = begin;
+  while (end < line.size() && !is_space(line[end])) ++end;
+  const std::string_view word = line.substr(begin, end - begin);
+  line.remove_prefix(end);
+  return word;
+}
 
 Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
                std::vector<std::string>* warnings) {

@@ -156,9 +156,6 @@ void SpoolReader::read_header() {
     refuse(path_, "names", "end of file");
   for (std::size_t at = 0; at < names.size();) {
     const std::size_t end = names.find('\0', at);
-    const auto is_control = [](char c) {
-      return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
-    };
     if (end == std::string::npos || end == at || end - at > max_name ||
         std::any_of(&names[at], &names[end], is_control))
       refuse(path_, "names", "a damaged list");

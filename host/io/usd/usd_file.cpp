@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "host/base/file_operations.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "weft/error.hpp"
 
@@ -80,11 +81,7 @@ class ArrayReader {
     throw SceneError(file_, prim_.path + "." + attribute_ + "[" + std::to_string(entry) + "]",
                      value, allowed);
   }
-  std::string shown() const {
-    std::string result;
-    for (const char c : text_.substr(at_, 20)) result += c >= ' ' && c <= '~' ? c : '?';
-    return "\"" + result + "\"";
-  }
+  std::string shown() const { return quoted_start(text_.substr(at_), 20); }
   void skip_space() {
     while (at_ < text_.size()) {
       if (text_[at_] == '#')

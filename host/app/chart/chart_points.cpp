@@ -168,7 +168,7 @@ std::vector<std::string> cells_of(const std::string& line) {
 
 }  // namespace
 
-void fields(JsonFields& io, ChartPoint& p) {
+void fields(JsonArchive& io, ChartPoint& p) {
   io("series", p.setting.series);
   io("label", p.setting.label);
   io("method", p.setting.method);

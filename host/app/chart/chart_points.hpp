@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/app/run/json_fields.hpp"
+#include "host/app/run/json_archive.hpp"
 #include "host/app/run/scene_request.hpp"
 #include "weft/scene.hpp"
 
@@ -62,7 +62,7 @@ struct ChartPoint {
   bool drawn() const { return failure.empty() && std::isfinite(error) && !seconds.empty(); }
 };
 
-void fields(JsonFields& io, ChartPoint& point);
+void fields(JsonArchive& io, ChartPoint& point);
 /// @throws Json::exception if it is no point
 ChartPoint point_from_json(const Json& json);
 

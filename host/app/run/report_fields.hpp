@@ -1,12 +1,12 @@
 #pragma once
 
-#include "host/app/run/json_fields.hpp"
+#include "host/app/run/json_archive.hpp"
 #include "weft/report.hpp"
 
 // The keys of reports and their lines.
 namespace weft::app {
 
-inline void fields(JsonFields& io, StageTimes& s) {
+inline void fields(JsonArchive& io, StageTimes& s) {
   io.ms("contacts", s.contacts);
   io.ms("assemble", s.assemble);
   io.ms("solve", s.solve);
@@ -14,14 +14,14 @@ inline void fields(JsonFields& io, StageTimes& s) {
   io.ms("other", s.other);
 }
 
-inline void fields(JsonFields& io, CollisionTimes& c) {
+inline void fields(JsonArchive& io, CollisionTimes& c) {
   io.ms("detection", c.detection);
   io.ms("searches", c.searches);
   io.ms("solves", c.solves);
   io.ms("zones", c.zones);
 }
 
-inline void fields(JsonFields& io, AsynchronousCounts& c) {
+inline void fields(JsonArchive& io, AsynchronousCounts& c) {
   io("windows", c.windows);
   io("clean_windows", c.clean_windows);
   io("rollbacks", c.rollbacks);
@@ -50,7 +50,7 @@ inline void fields(JsonFields& io, AsynchronousCounts& c) {
   io.ms("beside_detection_ms", c.beside_detection);
 }
 
-inline void fields(JsonFields& io, RemeshReport& r) {
+inline void fields(JsonArchive& io, RemeshReport& r) {
   io("splits", r.splits);
   io("flips", r.flips);
   io("collapses", r.collapses);
@@ -66,7 +66,7 @@ inline void fields(JsonFields& io, RemeshReport& r) {
   io.only_if(r.factor_mean > 0, "factor_mean", r.factor_mean);
 }
 
-inline void fields(JsonFields& io, SleepReport& r) {
+inline void fields(JsonArchive& io, SleepReport& r) {
   io("pieces", r.pieces);
   io("asleep", r.asleep);
   io("fell_asleep", r.fell_asleep);
@@ -75,13 +75,13 @@ inline void fields(JsonFields& io, SleepReport& r) {
   io("departure", r.departure);
 }
 
-inline void fields(JsonFields& io, SharedWork& work) {
+inline void fields(JsonArchive& io, SharedWork& work) {
   io("busiest", work.busiest);
   io("even", work.even);
   io.derived("imbalance", work.imbalance());
 }
 
-inline void fields(JsonFields& io, BalanceReport& b) {
+inline void fields(JsonArchive& io, BalanceReport& b) {
   io("rows_bytes", b.rows);
   io("box_tests", b.box_tests);
   io("pairs", b.pairs);
@@ -93,7 +93,7 @@ inline void fields(JsonFields& io, BalanceReport& b) {
   io.if_known(b.rebalances > 0, "imbalance_after", b.imbalance_after);
 }
 
-inline void fields(JsonFields& io, Energy& energy) {
+inline void fields(JsonArchive& io, Energy& energy) {
   io("kinetic", energy.kinetic);
   io("elastic", energy.elastic);
   io("gravitational", energy.gravitational);

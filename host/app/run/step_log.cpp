@@ -15,7 +15,7 @@
 
 namespace weft::app {
 
-static void fields(JsonFields& io, StepLine& line) {
+static void fields(JsonArchive& io, StepLine& line) {
   StepReport& r = line.report;
   io("number", r.number);
   io("time", r.time);

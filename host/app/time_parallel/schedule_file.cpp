@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "host/app/run/json_fields.hpp"
+#include "host/app/run/json_archive.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
 #include "weft/error.hpp"
@@ -12,7 +12,7 @@ namespace weft::app {
 
 namespace fs = std::filesystem;
 
-static void fields(JsonFields& io, ScheduleFile& schedule) {
+static void fields(JsonArchive& io, ScheduleFile& schedule) {
   io("steps", schedule.steps);
   io("slices", schedule.slices);
   io("complete", schedule.complete);

@@ -14,13 +14,13 @@ namespace weft::app {
 using Json = nlohmann::ordered_json;
 
 /// Writes fields into a JSON object, or reads them from there, so that a list of fields stands in
-/// one place: for a struct T, `fields(JsonFields&, T&)`. JSON has no NaN and no infinity, and holds
-/// null instead. A field that is not there keeps its value when it is read: files of earlier
+/// one place: for a struct T, `fields(JsonArchive&, T&)`. JSON has no NaN and no infinity, and
+/// holds null instead. A field that is not there keeps its value when it is read: files of earlier
 /// versions lack some.
-class JsonFields {
+class JsonArchive {
  public:
   enum class Way { write, read };
-  JsonFields(Json& json, Way way) : json_(json), writes_(way == Way::write) {}
+  JsonArchive(Json& json, Way way) : json_(json), writes_(way == Way::write) {}
 
   /// A number, a text, a place, an enumerator that describe() names, or a struct of such fields.
   /// @throws Json::exception if something else is read; so do the others
@@ -86,7 +86,7 @@ class JsonFields {
   }
   template <class T>
   static void struct_fields(Json& json, T& value, Way way) {
-    JsonFields own(json, way);
+    JsonArchive own(json, way);
     fields(own, value);
   }
   template <class T>
@@ -104,7 +104,7 @@ class JsonFields {
 template <class T>
 Json json_of(T value) {
   Json json;
-  JsonFields writer(json, JsonFields::Way::write);
+  JsonArchive writer(json, JsonArchive::Way::write);
   fields(writer, value);
   return json;
 }
@@ -115,7 +115,7 @@ template <class T>
 T read_fields(Json json, std::initializer_list<const char*> required) {
   for (const char* key : required) static_cast<void>(json.at(key));
   T value{};
-  JsonFields reader(json, JsonFields::Way::read);
+  JsonArchive reader(json, JsonArchive::Way::read);
   fields(reader, value);
   return value;
 }

@@ -1,4 +1,4 @@
-#include "host/app/run/json_fields.hpp"
+#include "host/app/run/json_archive.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,10 +22,10 @@ struct Outer {
   double seldom = 4;
 };
 
-static void fields(JsonFields& io, Inner& inner) {
+static void fields(JsonArchive& io, Inner& inner) {
   io("length", inner.length);
 }
-static void fields(JsonFields& io, Outer& outer) {
+static void fields(JsonArchive& io, Outer& outer) {
   io("count", outer.count);
   io("share", outer.share);
   io.ms("ms", outer.seconds);
@@ -37,13 +37,13 @@ static void fields(JsonFields& io, Outer& outer) {
   io.if_known(outer.count > 2, "known", outer.seldom);
 }
 
-TEST(JsonFields, AreWrittenInTheirOrder) {
+TEST(JsonArchive, AreWrittenInTheirOrder) {
   EXPECT_EQ(json_of(Outer{}).dump(),
             R"({"count":2,"share":0.5,"ms":250.0,"level":"rigid","place":[1.0,2.0,3.0],)"
             R"("known":null})");
 }
 
-TEST(JsonFields, AreReadAsTheyWereWritten) {
+TEST(JsonArchive, AreReadAsTheyWereWritten) {
   Outer outer;
   outer.count = 5;
   outer.share = std::nan("");
@@ -63,14 +63,14 @@ TEST(JsonFields, AreReadAsTheyWereWritten) {
   EXPECT_EQ(read.seldom, 9);
 }
 
-TEST(JsonFields, KeepTheirValuesWhereTheFileLacksThem) {
+TEST(JsonArchive, KeepTheirValuesWhereTheFileLacksThem) {
   const Outer read = read_fields<Outer>(Json::parse(R"({"count": 1})"), {"count"});
   EXPECT_EQ(read.count, 1);
   EXPECT_EQ(read.seconds, 0.25);
   EXPECT_FALSE(read.inner);
 }
 
-TEST(JsonFields, RefuseWhatIsSomethingElse) {
+TEST(JsonArchive, RefuseWhatIsSomethingElse) {
   for (const char* text : {R"({})", R"([])", R"({"count": "one"})", R"({"count": 1, "level": "x"})",
                            R"({"count": 1, "place": [1]})", R"({"count": 1, "share": "y"})"})
     EXPECT_THROW(read_fields<Outer>(Json::parse(text), {"count"}), Json::exception) << text;

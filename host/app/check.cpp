@@ -24,6 +24,7 @@
 #include "host/app/run/sewn_scene.hpp"
 #include "host/app/worn_check.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/mesh/mesh_file.hpp"
@@ -74,8 +75,7 @@ struct Frame {
 lab::ValidatorOptions options_of_run(const fs::path& directory) {
   lab::ValidatorOptions options;
   const fs::path file = directory / "scene.json";
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) return options;
+  if (!is_file(file)) return options;
   const Json scene = Json::parse(read_file_bytes(file), nullptr, false);
   if (!scene.is_object()) return options;
   options.sewn = sews(scene);
@@ -110,11 +110,8 @@ struct Outcome {
 /// Number and path of each file NAME_NNNNN.obj or .ply, in order of number, then path.
 std::multimap<long, fs::path> numbered_meshes(const fs::path& directory, const std::string& name) {
   const std::regex pattern(name + R"(_(\d{1,9})\.(obj|ply))");
-  std::vector<fs::path> paths;
-  for (const auto& entry : fs::directory_iterator(directory)) paths.push_back(entry.path());
-  std::sort(paths.begin(), paths.end());
   std::multimap<long, fs::path> found;
-  for (const auto& path : paths) {
+  for (const auto& path : files_in(directory)) {
     std::smatch match;
     const std::string file = path.filename().string();
     if (std::regex_match(file, match, pattern)) found.emplace(std::stol(match[1]), path);
@@ -125,8 +122,7 @@ std::multimap<long, fs::path> numbered_meshes(const fs::path& directory, const s
 /// File of the displaced obstacles of a run's frame; empty: none, or another obstacle is asked for.
 fs::path displaced_of(const fs::path& directory, int number, const fs::path& obstacle) {
   const fs::path file = RunDirectory(directory).displaced(number);
-  std::error_code error;
-  return obstacle.empty() && fs::exists(file, error) ? file : fs::path();
+  return obstacle.empty() && is_there(file) ? file : fs::path();
 }
 
 /// Frames of what holds several in a file: point caches, USD.
@@ -147,16 +143,14 @@ std::vector<Frame> frames_of_sequence(const fs::path& path, const fs::path& obst
 ///         have one: checked without it, it would pass for clean
 std::vector<Frame> frames_of_run(const fs::path& directory, const fs::path& obstacle) {
   const fs::path frames = directory / "frames";
-  const auto cloths =
-      fs::is_directory(frames) ? numbered_meshes(frames, "cloth") : std::multimap<long, fs::path>();
+  const auto cloths = numbered_meshes(frames, "cloth");
   std::vector<Frame> list;
   if (io::has_frame_caches(frames)) list = frames_of_sequence(directory, obstacle);
   if (cloths.empty() && list.empty())
     throw SceneError(directory.string(), "frames", "no frame",
                      "a directory with frames as weft run writes them, such as "
                      "frames/cloth_NNNNN.obj");
-  const auto obstacles =
-      cloths.empty() ? std::multimap<long, fs::path>() : numbered_meshes(frames, "obstacle");
+  const auto obstacles = numbered_meshes(frames, "obstacle");
   const fs::path still = io::still_obstacles(frames);
   for (const auto& [number, cloth] : cloths) {
     Frame frame{cloth, obstacle};

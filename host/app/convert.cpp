@@ -19,6 +19,7 @@
 #include "host/app/convert_pattern.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/temporary_file.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/arcsim/arcsim_scene.hpp"
@@ -32,7 +33,6 @@
 #include "host/io/pattern/outline_file.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/spool/frame_spool.hpp"
-#include "host/io/spool/temporary_file.hpp"
 #include "host/io/usd/usd_file.hpp"
 #include "weft/error.hpp"
 
@@ -268,8 +268,8 @@ template <class Write>
 void convert_to_animation(const MeshSequence& sequence, const std::vector<std::size_t>& places,
                           const Request& request, const Write& write) {
   const fs::path output = request.output;
-  const io::TemporaryFile spool{output.parent_path() /
-                                ("." + output.filename().string() + ".spool.tmp")};
+  const TemporaryFile spool(output.parent_path() /
+                            ("." + output.filename().string() + ".spool.tmp"));
   std::optional<io::SpoolWriter> writer;
   std::optional<Vec3<double>> origin;
   const Frames frames(sequence, places, request);

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "host/base/atomic_file.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/input/readable_folders.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/pattern/edge_curve.hpp"
@@ -37,9 +38,7 @@ void print_panel(const io::PatternPanel& panel) {
 
 void convert_outlines(const std::string& input, const std::string& output) {
   const fs::path target = output;
-  std::error_code error;
-  if (fs::exists(target, error))
-    throw SceneError(output, "OUT", "a file that is there", "a new file");
+  if (is_there(target)) throw SceneError(output, "OUT", "a file that is there", "a new file");
   ReadableFolders(target).require(input, output, "outlines");
   const std::unique_ptr<io::OutlineFile> outlines = io::open_outlines(input, std::nullopt);
   const std::vector<std::string> names = outlines->names();

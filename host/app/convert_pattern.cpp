@@ -35,7 +35,7 @@ constexpr double bodice_least = 0.1;
 /// A body as patterns see it: in metres, with y up.
 Mesh read_body(const std::string& file, const Mesh& garment, std::vector<std::string>& notes) {
   Mesh body = io::read_mesh(file, io::Uv::ignore);
-  const FileBox box = box_of(body), cloth = box_of(garment);
+  const Aabb box = aabb_of(body.positions), cloth = aabb_of(garment.positions);
   const Guess units = guess_units(cloth, box);
   const double unit = units.value == "cm" ? 0.01 : units.value == "mm" ? 0.001 : 1;
   const bool z_up = guess_up(cloth, box, fs::path(file).extension().string()).value == "z";

@@ -12,8 +12,6 @@
 #include "host/app/chart/accuracy_target.hpp"
 #include "host/app/process/show.hpp"
 #include "host/app/process/stop_signal.hpp"
-#include "host/app/run/allow_path.hpp"
-#include "host/app/run/experimental.hpp"
 #include "host/app/run/run_directory.hpp"
 #include "host/app/run/run_end.hpp"
 #include "host/app/run/run_lock.hpp"
@@ -105,12 +103,7 @@ void add_run_subcommand(CLI::App& app, int& exit_code) {
       ->type_name("P");
   subcommand->add_option("--frames", request->frames, "How many frames, instead of the scene's")
       ->type_name("N");
-  subcommand
-      ->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
-      ->type_name("PATH=VALUE")
-      ->allow_extra_args(false);
-  add_experimental(*subcommand, request->experimental);
-  add_allow_path(*subcommand, request->allowed);
+  request->add_options(*subcommand);
   subcommand
       ->add_option("--resume", request->resume,
                    "Go on from a checkpoint, or from the latest whole one of the directory")

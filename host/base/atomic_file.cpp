@@ -5,21 +5,16 @@
 
 #include <atomic>
 #include <cerrno>
-#include <cstddef>
 #include <string>
 #include <system_error>
 
+#include "host/base/file_operations.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void fail(const fs::path& path, const char* what, int code) {
-  throw SceneError(path.string() + ": cannot " + what + ": " +
-                   std::generic_category().message(code));
-}
 
 /// An open file; closes and, unless kept, removes it.
 class OpenFile {
@@ -28,7 +23,7 @@ class OpenFile {
       : path_(std::move(path)),
         descriptor_(::open(path_.c_str(), flags | O_CLOEXEC, 0666)),
         temporary_(temporary) {
-    if (descriptor_ < 0) fail(path_, "open for writing", errno);
+    if (descriptor_ < 0) fail_on(path_, "open for writing");
   }
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
@@ -37,32 +32,23 @@ class OpenFile {
     if (temporary_) ::unlink(path_.c_str());
   }
 
-  void write(std::string_view bytes) const {
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-      if (written < 0) {
-        if (errno == EINTR) continue;
-        fail(path_, "write", errno);
-      }
-      bytes.remove_prefix(static_cast<std::size_t>(written));
-    }
-  }
+  void write(std::string_view bytes) const { write_all(path_, descriptor_, bytes); }
   void sync() const {
-    if (::fsync(descriptor_) != 0) fail(path_, "fsync", errno);
+    if (::fsync(descriptor_) != 0) fail_on(path_, "fsync");
   }
   /// Writes wait for a slow reader again.
   void wait_from_now_on() const {
     const int flags = ::fcntl(descriptor_, F_GETFL);
     if (flags < 0 || ::fcntl(descriptor_, F_SETFL, flags & ~O_NONBLOCK) < 0)
-      fail(path_, "write", errno);
+      fail_on(path_, "write");
   }
   void close() {
     const int descriptor = descriptor_;
     descriptor_ = -1;
-    if (::close(descriptor) != 0) fail(path_, "close", errno);
+    if (::close(descriptor) != 0) fail_on(path_, "close");
   }
   void rename_to(const fs::path& target) {
-    if (::rename(path_.c_str(), target.c_str()) != 0) fail(target, "replace", errno);
+    if (::rename(path_.c_str(), target.c_str()) != 0) fail_on(target, "replace");
     temporary_ = false;
   }
 
@@ -98,7 +84,7 @@ void write_file_atomically(const fs::path& path, std::string_view bytes, Durabil
   std::error_code error;
   const fs::path target = behind_links(path);
   const fs::file_status status = fs::status(target, error);
-  if (fs::is_directory(status)) fail(path, "write", EISDIR);
+  if (fs::is_directory(status)) fail_on(path, "write", EISDIR);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     // A pipe that nobody reads is an error, not a wait without end.
     OpenFile file(target, O_WRONLY | O_NONBLOCK | O_NOCTTY, false);

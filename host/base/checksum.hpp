@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -28,5 +29,11 @@ class Checksum {
  private:
   std::uint64_t value_ = 14695981039346656037u;
 };
+
+inline std::uint64_t checksum_of(const std::string& bytes) {
+  Checksum checksum;
+  checksum.add(bytes.data(), bytes.size());
+  return checksum.value();
+}
 
 }  // namespace weft

@@ -6,9 +6,9 @@
 
 #include <cerrno>
 #include <cstdint>
-#include <system_error>
 
 #include "host/base/file_descriptor.hpp"
+#include "host/base/file_operations.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -23,21 +23,19 @@ std::uint64_t memory_bytes() {
 
 std::string read_file_bytes(const std::filesystem::path& path) {
   const FileDescriptor file = open_regular_file(path, O_RDONLY, "read");
-  const auto fail = [&](const std::string& reason) {
-    throw SceneError(path.string() + ": cannot read: " + reason);
-  };
   struct stat status = {};
-  if (::fstat(file.number(), &status) != 0) fail(std::generic_category().message(errno));
+  if (::fstat(file.number(), &status) != 0) fail_on(path, "read");
   const auto size = static_cast<std::uint64_t>(status.st_size);
   // Such a file may be sparse and take no room on the disk.
   if (size > memory_bytes())
-    fail(std::to_string(size) + " bytes, more than the memory of this machine");
+    throw SceneError(path.string() + ": cannot read: " + std::to_string(size) +
+                     " bytes, more than the memory of this machine");
   std::string bytes(static_cast<std::size_t>(size), '\0');
   std::size_t done = 0;
   while (done < bytes.size()) {
     const ssize_t n = ::read(file.number(), bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(std::generic_category().message(errno));
+    if (n < 0) fail_on(path, "read");
     if (n == 0) break;
     done += static_cast<std::size_t>(n);
   }
@@ -60,8 +58,7 @@ std::size_t read_at(const std::filesystem::path& path, int file, std::uint64_t o
     const ssize_t n = ::pread(file, static_cast<char*>(to) + done, size - done,
                               static_cast<off_t>(offset + done));
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0)
-      throw SceneError(path.string() + ": cannot read: " + std::generic_category().message(errno));
+    if (n < 0) fail_on(path, "read");
     if (n == 0) break;
     done += static_cast<std::size_t>(n);
   }

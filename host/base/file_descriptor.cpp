@@ -4,11 +4,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <string>
-#include <system_error>
 #include <utility>
 
+#include "host/base/file_operations.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -23,14 +22,11 @@ FileDescriptor::~FileDescriptor() {
 }
 
 FileDescriptor open_regular_file(const std::filesystem::path& path, int flags, const char* what) {
-  const auto fail = [&](const std::string& reason) {
-    throw SceneError(path.string() + ": cannot " + what + ": " + reason);
-  };
   FileDescriptor file(::open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0666));
   struct stat status = {};
-  if (file.number() < 0 || ::fstat(file.number(), &status) != 0)
-    fail(std::generic_category().message(errno));
-  if (!S_ISREG(status.st_mode)) fail("not a regular file");
+  if (file.number() < 0 || ::fstat(file.number(), &status) != 0) fail_on(path, what);
+  if (!S_ISREG(status.st_mode))
+    throw SceneError(path.string() + ": cannot " + what + ": not a regular file");
   return file;
 }
 

@@ -2,12 +2,11 @@
 
 #include <stdlib.h>
 
-#include <cerrno>
 #include <filesystem>
 #include <string>
 #include <system_error>
 
-#include "weft/error.hpp"
+#include "host/base/file_operations.hpp"
 
 namespace weft {
 
@@ -17,8 +16,7 @@ class ScratchFolder {
   /// @throws SceneError if it cannot be made
   ScratchFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "weft_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw SceneError(name + ": cannot create: " + std::generic_category().message(errno));
+    if (::mkdtemp(name.data()) == nullptr) fail_on(name, "create");
     path_ = name;
   }
   ~ScratchFolder() {

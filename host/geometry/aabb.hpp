@@ -16,6 +16,7 @@ struct Aabb {
 
   bool empty() const { return !(lo[0] <= hi[0]); }
   void include(const Vec3<double>& x) { include(x, x); }
+  void include(const Aabb& box) { include(box.lo, box.hi); }
   /// Widens the box to hold all between two corners.
   void include(const Vec3<double>& low, const Vec3<double>& high) {
     for (int c = 0; c < 3; ++c) {
@@ -32,6 +33,10 @@ struct Aabb {
   Vec3<double> center() const { return 0.5 * (lo + hi); }
   Vec3<double> size() const { return empty() ? Vec3<double>{} : hi - lo; }
   double diagonal() const { return length(size()); }
+  double longest_side() const {
+    const Vec3<double> s = size();
+    return std::max({s[0], s[1], s[2]});
+  }
   /// Sum of the sides along x, y and z.
   double girth() const {
     const Vec3<double> s = size();

@@ -10,8 +10,7 @@ namespace {
 
 Aabb box_of(Span<const Vec3<double>> points, const Tri& t) {
   Aabb box;
-  for (const Index v : t.v)
-    box.include(points[static_cast<std::size_t>(v)], points[static_cast<std::size_t>(v)]);
+  for (const Index v : t.v) box.include(points[static_cast<std::size_t>(v)]);
   return box;
 }
 
@@ -26,8 +25,7 @@ BoxTree::BoxTree(Span<const Vec3<double>> points, Span<const Tri> triangles, Ind
                  Index last, double relative_pad) {
   for (Index t = first; t < last; ++t) {
     const Aabb box = box_of(points, triangles[static_cast<std::size_t>(t)]);
-    const Vec3<double> span = box.hi - box.lo;
-    items.push_back({padded(box, relative_pad * std::max({span[0], span[1], span[2]})), t});
+    items.push_back({padded(box, relative_pad * box.longest_side()), t});
   }
   while (4 * leaf_count < items.size()) leaf_count *= 2;
   nodes.resize(2 * leaf_count);

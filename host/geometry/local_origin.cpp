@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host/geometry/aabb.hpp"
+
 namespace weft {
 namespace {
 
@@ -29,23 +31,18 @@ double roundest_near(double middle, double size) {
 }  // namespace
 
 Vec3<double> local_origin(const std::vector<const std::vector<Vec3<double>>*>& positions) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Vec3<double> low{infinity, infinity, infinity};
-  Vec3<double> high{-infinity, -infinity, -infinity};
+  Aabb box;
   bool finite = true;
   for (const auto* surface : positions)
-    for (const Vec3<double>& x : *surface)
-      for (int k = 0; k < 3; ++k) {
-        finite = finite && std::isfinite(x[k]);
-        low[k] = std::min(low[k], x[k]);
-        high[k] = std::max(high[k], x[k]);
-      }
-  double size = 0;
-  for (int k = 0; k < 3; ++k) size = std::max(size, high[k] - low[k]);
+    for (const Vec3<double>& x : *surface) {
+      finite = finite && std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]);
+      box.include(x);
+    }
+  const double size = box.longest_side();
   if (!finite || !(size > 0)) return {0, 0, 0};
   Vec3<double> origin{0, 0, 0};
   for (int k = 0; k < 3; ++k) {
-    const double middle = low[k] + (high[k] - low[k]) / 2;
+    const double middle = box.lo[k] + (box.hi[k] - box.lo[k]) / 2;
     const double half = always_within * size;
     // Farther away, the surfaces are but a few places of a double wide: nothing is to be gained.
     if (middle - half < middle && middle < middle + half) origin[k] = roundest_near(middle, size);

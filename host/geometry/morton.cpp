@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <numeric>
 
+#include "host/geometry/aabb.hpp"
+
 namespace weft {
 namespace {
 
@@ -21,18 +23,12 @@ std::uint64_t spread_bits(std::uint64_t x) {
 }  // namespace
 
 std::vector<Index> morton_order(const std::vector<Vec3<double>>& points) {
-  Vec3<double> lo = points.front();
-  Vec3<double> hi = points.front();
-  for (const auto& p : points)
-    for (int c = 0; c < 3; ++c) {
-      lo[c] = std::min(lo[c], p[c]);
-      hi[c] = std::max(hi[c], p[c]);
-    }
-  const double extent = std::max({hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2], 1e-300});
+  const Aabb box = aabb_of(points);
+  const double extent = std::max(box.longest_side(), 1e-300);
   std::vector<std::uint64_t> code(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     for (int c = 0; c < 3; ++c) {
-      const double share = (points[i][c] - lo[c]) / extent;
+      const double share = (points[i][c] - box.lo[c]) / extent;
       code[i] |= spread_bits(static_cast<std::uint64_t>(share * 2097151.0)) << c;
     }
   std::vector<Index> order(points.size());

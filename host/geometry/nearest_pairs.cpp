@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "host/geometry/aabb.hpp"
+
 namespace weft {
 namespace {
 
@@ -26,7 +28,7 @@ class PointTree {
 
  private:
   struct Node {
-    Vec3<double> low, high;
+    Aabb box;
     std::size_t first = 0, last = 0;    ///< into order_
     std::size_t lesser = 0, upper = 0;  ///< into nodes_; both 0 in a leaf
   };
@@ -42,18 +44,14 @@ class PointTree {
     Node node;
     node.first = first;
     node.last = last;
-    node.low = node.high = point(order_[first]);
-    for (std::size_t i = first; i < last; ++i)
-      for (int k = 0; k < 3; ++k) {
-        node.low[k] = std::min(node.low[k], point(order_[i])[k]);
-        node.high[k] = std::max(node.high[k], point(order_[i])[k]);
-      }
+    for (std::size_t i = first; i < last; ++i) node.box.include(point(order_[i]));
     const std::size_t here = nodes_.size();
     nodes_.push_back(node);
     if (last - first <= leaf_size) return here;
+    const Vec3<double> size = node.box.size();
     int axis = 0;
     for (int k = 1; k < 3; ++k)
-      if (node.high[k] - node.low[k] > node.high[axis] - node.low[axis]) axis = k;
+      if (size[k] > size[axis]) axis = k;
     const std::size_t middle = first + (last - first) / 2;
     const auto begin = order_.begin();
     std::nth_element(begin + static_cast<std::ptrdiff_t>(first),
@@ -69,7 +67,8 @@ class PointTree {
 
   static double distance_sq(const Node& node, const Vec3<double>& x) {
     Vec3<double> gap{};
-    for (int k = 0; k < 3; ++k) gap[k] = std::max({node.low[k] - x[k], x[k] - node.high[k], 0.0});
+    for (int k = 0; k < 3; ++k)
+      gap[k] = std::max({node.box.lo[k] - x[k], x[k] - node.box.hi[k], 0.0});
     return dot(gap, gap);
   }
 

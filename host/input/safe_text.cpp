@@ -102,6 +102,22 @@ std::string one_line(std::string_view text) {
   return result;
 }
 
+std::string quoted_start(std::string_view text, std::size_t most) {
+  std::string result(text.substr(0, most));
+  std::replace_if(
+      result.begin(), result.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return "\"" + result + "\"";
+}
+
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+}
+
+std::string without_controls(std::string text) {
+  std::replace_if(text.begin(), text.end(), is_control, '?');
+  return text;
+}
+
 std::string safe_file_name(std::string_view text) {
   std::string result;
   while (!text.empty()) {

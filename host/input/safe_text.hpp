@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -10,6 +11,14 @@ namespace weft {
 /// One line of valid UTF-8 that a terminal shows as it is. Control characters, characters that
 /// change the direction of text or are not seen, and bytes that are no UTF-8 become '?'.
 std::string one_line(std::string_view text);
+
+/// The beginning of a text in quotation marks, for messages: printable ASCII, and '?' for the rest.
+/// @param most bytes that are shown
+std::string quoted_start(std::string_view text, std::size_t most = 60);
+
+bool is_control(char c);
+/// With '?' for control characters.
+std::string without_controls(std::string text);
 
 /// A part of a path: never empty, ".", or "..", no separator, no '.' or '-' in front, at most 100
 /// bytes. Letters of any script, ASCII digits, spaces and _-. stay; other characters become '_'.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host/geometry/aabb.hpp"
 #include "host/geometry/local_origin.hpp"
 #include "host/scene/key_slope.hpp"
 #include "weft/core/assert.hpp"
@@ -55,16 +56,9 @@ void SampledDeformation::add_frame(double time, Span<const Vec3<double>> positio
   WEFT_ASSERT(frames_.empty() || positions.size() == vertex_count());
   Frame frame{time, {0, 0, 0}, {}};
   if (!positions.empty() && !std::all_of(positions.begin(), positions.end(), is_float)) {
-    Vec3<double> low = positions[0];
-    Vec3<double> high = low;
-    for (const Vec3<double>& x : positions)
-      for (int k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], x[k]);
-        high[k] = std::max(high[k], x[k]);
-      }
-    frame.centre = (low + high) * 0.5;
-    // Floats that were moved far away come back exactly if they are moved back.
     const std::vector<Vec3<double>> all(positions.begin(), positions.end());
+    frame.centre = aabb_of(all).center();
+    // Floats that were moved far away come back exactly if they are moved back.
     const Vec3<double> origin = local_origin({&all});
     if (origin != Vec3<double>{0, 0, 0} && std::all_of(all.begin(), all.end(), [&](const auto& x) {
           return is_float(x - origin) && (x - origin) + origin == x;

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "host/simulation/bytes.hpp"
+#include "host/base/bytes.hpp"
 #include "host/simulation/step_control.hpp"
 #include "weft/scene.hpp"
 

@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <utility>
 
+#include "host/base/bytes.hpp"
 #include "host/input/checker.hpp"
 #include "host/input/quantity.hpp"
 #include "host/scene/part_check.hpp"
-#include "host/simulation/bytes.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {
@@ -213,7 +213,7 @@ void LiveInputs::read(const std::string& bytes, const std::string& file, Scene& 
   std::vector<std::optional<LiveShape::State>> obstacles(scene.obstacles.size());
   std::vector<std::vector<Vec3<double>>> forces(scene.cloths.size());
   if (!bytes.empty()) {
-    Unpacker unpacker(bytes, file, "live", "what the program had set");
+    Unpacker unpacker(bytes, file, "checkpoint live", "what the program had set");
     unpacker.get(gravity);
     unpacker.get(wind);
     for (int k = 0; k < 3; ++k)

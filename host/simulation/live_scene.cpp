@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <exception>
-#include <type_traits>
+#include <tuple>
 
 #include "host/input/checker.hpp"
 #include "host/input/quantity.hpp"
@@ -238,10 +238,8 @@ void LiveScene::make_run() {
 
 /// Makes model and stores again, of a scene that has changed in what they hold.
 void LiveScene::remake_run() {
-  visit([this](auto& run) {
-    using R = std::remove_reference_t<decltype(run)>;
-    auto& current = std::get<std::unique_ptr<R>>(run_);
-    auto next = std::make_unique<R>(scene_, devices_, sewing_, current.get());
+  visit_current([this]<class T>(std::unique_ptr<Run<T>>& current) {
+    auto next = std::make_unique<Run<T>>(scene_, devices_, sewing_, current.get());
     next->store.set_compression(adaptive_.compression);
     next->store.restore(current->store.snapshot());
     current = std::move(next);
@@ -251,10 +249,8 @@ void LiveScene::remake_run() {
 
 double LiveScene::sew(bool frame_ends, StepReport& report) {
   double changed = 0;
-  if (!sewing_.welded.empty() && !sewing_.complete()) {
-    if (auto* single = std::get_if<1>(&run_)) changed = sew(*single, frame_ends, report);
-    if (auto* twice = std::get_if<2>(&run_)) changed = sew(*twice, frame_ends, report);
-  }
+  if (!sewing_.welded.empty() && !sewing_.complete())
+    changed = visit_current([&](auto& current) { return sew(current, frame_ends, report); });
   update_closing_times(frame_ends);
   return changed + let_fall();
 }
@@ -311,9 +307,8 @@ std::vector<std::vector<std::array<Index, 2>>> LiveScene::refine_if_sewn() {
 }
 
 RemeshReport LiveScene::remesh() {
-  if (auto* single = std::get_if<1>(&run_))
-    return remesh_step(scene_, sewing_, adaptive_, devices_, *single);
-  return remesh_step(scene_, sewing_, adaptive_, devices_, *std::get_if<2>(&run_));
+  return visit_current(
+      [this](auto& current) { return remesh_step(scene_, sewing_, adaptive_, devices_, current); });
 }
 
 void LiveScene::begin_program_frame(double seconds) {
@@ -409,11 +404,7 @@ void LiveScene::take_up(const CheckpointReader& in) {
   }
   // If the checkpoint turns out not to fit, everything has to be as it was. The scene stays where
   // it is: the program may hold Simulation::scene().
-  Scene scene_before = scene_;
-  Sewing sewing_before = sewing_;
-  AdaptiveRun adaptive_before = adaptive_;
-  LiveInputs live_before = live_;
-  FrameClock clock_before = clock_;
+  auto before = std::tuple(scene_, sewing_, adaptive_, live_, clock_);
   Runs run_before = std::move(run_);
   try {
     move_origin(scene_, origin);
@@ -423,11 +414,7 @@ void LiveScene::take_up(const CheckpointReader& in) {
     make_run();
     load(in, counted);
   } catch (...) {
-    scene_ = std::move(scene_before);
-    sewing_ = std::move(sewing_before);
-    adaptive_ = std::move(adaptive_before);
-    live_ = std::move(live_before);
-    clock_ = std::move(clock_before);
+    std::tie(scene_, sewing_, adaptive_, live_, clock_) = std::move(before);
     run_ = std::move(run_before);
     throw;
   }
@@ -479,7 +466,7 @@ bool LiveScene::set_live(const std::string& bytes, const std::string& file) {
     return true;
   }
   const std::string head = bytes.substr(0, FrameClock::packed_size());
-  Unpacker unpacker(head, file, "live", "what the program had set");
+  Unpacker unpacker(head, file, "checkpoint live", "what the program had set");
   const bool counted = clock_.unpack(unpacker);
   live_.read(bytes.substr(head.size()), file, scene_);
   return counted;

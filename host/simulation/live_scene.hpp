@@ -36,8 +36,7 @@ class LiveScene {
   /// @param use called with the Run of the scene's precision
   template <class Use>
   auto visit(Use use) {
-    if (auto* single = std::get_if<1>(&run_)) return use(**single);
-    return use(**std::get_if<2>(&run_));
+    return visit_current([&](auto& current) { return use(*current); });
   }
   double time();
   std::int64_t step_number();
@@ -81,6 +80,12 @@ class LiveScene {
   void resume(const CheckpointReader& in, bool same_scene);
 
  private:
+  /// @param use called with the pointer to that Run, which it may replace
+  template <class Use>
+  auto visit_current(Use use) {
+    if (auto* single = std::get_if<1>(&run_)) return use(*single);
+    return use(*std::get_if<2>(&run_));
+  }
   void take_up(const CheckpointReader& in);
   void part_start();
   void begin_sewing();

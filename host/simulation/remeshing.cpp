@@ -7,8 +7,9 @@
 #include <optional>
 #include <utility>
 
+#include "host/base/bytes.hpp"
+#include "host/base/checksum.hpp"
 #include "host/model/material_rows.hpp"
-#include "host/simulation/bytes.hpp"
 #include "host/state/contact_transfer.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "weft/core/at.hpp"
@@ -95,19 +96,13 @@ void visit_adapted(SceneLike& scene, RunLike& run, Visit visit) {
     for (auto& side : seam.vertices) visit(side);
 }
 
-std::uint64_t hash_of(const std::string& bytes) {
-  std::uint64_t hash = 14695981039346656037u;
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
-  return hash;
-}
-
 }  // namespace
 
 AdaptiveRun begin_adaptive(Scene& scene) {
   for (Cloth& cloth : scene.cloths) cloth.remeshing = remeshing_of(scene, cloth);
   AdaptiveRun run;
   run.kept = named_inputs(scene);
-  run.origin = hash_of(adaptive_bytes(scene, run));
+  run.origin = checksum_of(adaptive_bytes(scene, run));
   return run;
 }
 
@@ -243,7 +238,7 @@ std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run) {
 
 void read_adaptive_bytes(const std::string& bytes, const std::string& file, Scene& scene,
                          AdaptiveRun& run) {
-  Unpacker unpacker(bytes, file, "adaptive", "the meshes of the scene's cloths");
+  Unpacker unpacker(bytes, file, "checkpoint adaptive", "the meshes of the scene's cloths");
   AdaptiveRun read;
   visit_adapted(scene, read, [&](auto& values) { unpacker.get(values); });
   unpacker.end();

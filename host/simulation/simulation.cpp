@@ -72,15 +72,15 @@ struct Simulation::Implementation {
   Implementation(Scene scene, DeviceSet d)
       : devices(std::move(d)), live(std::move(scene), devices) {}
 
-  /// @param use called with the Run of the scene's precision
-  template <class Use>
-  auto visit(Use use) {
-    const SingleUser::Use alone(user);
-    return live.visit(use);
-  }
+  /// The scene and its run while one thread uses it.
+  struct Alone {
+    const SingleUser::Use use;
+    LiveScene& live;
+    LiveScene* operator->() const { return &live; }
+  };
+  Alone alone() { return {SingleUser::Use(user), live}; }
 
   std::vector<std::string> resume(const CheckpointReader& in, SceneChanges changes) {
-    const SingleUser::Use alone(user);
     std::vector<std::string> differences = live.differences(in);
     if (changes == SceneChanges::refuse) refuse_differences(differences, in.name());
     live.resume(in, differences.empty());
@@ -109,8 +109,7 @@ int Simulation::steps_per_frame() const {
   return implementation_->live.clock().steps_per_frame();
 }
 double Simulation::step_length() const {
-  const SingleUser::Use alone(implementation_->user);
-  return implementation_->live.step_length();
+  return implementation_->alone()->step_length();
 }
 
 StepReport Simulation::step() {
@@ -153,23 +152,19 @@ StepProgress Simulation::progress() const noexcept {
 }
 
 std::int64_t Simulation::step_number() const {
-  const SingleUser::Use alone(implementation_->user);
-  return implementation_->live.step_number();
+  return implementation_->alone()->step_number();
 }
 
 double Simulation::time() const {
-  const SingleUser::Use alone(implementation_->user);
-  return implementation_->live.time();
+  return implementation_->alone()->time();
 }
 
 int Simulation::frame_number() const {
-  const SingleUser::Use alone(implementation_->user);
-  return implementation_->live.frame_number();
+  return implementation_->alone()->frame_number();
 }
 
 bool Simulation::at_frame_end() const {
-  const SingleUser::Use alone(implementation_->user);
-  return implementation_->live.at_frame_end();
+  return implementation_->alone()->at_frame_end();
 }
 
 RestState Simulation::rest() const {
@@ -189,7 +184,7 @@ Frame Simulation::frame() const {
 }
 
 Frame Simulation::local_frame() const {
-  return implementation_->visit([this](auto& run) {
+  return implementation_->alone()->visit([this](auto& run) {
     const Model& model = run.store.model();
     const Scene& s = scene();
     const auto snapshot = run.store.snapshot();
@@ -218,17 +213,15 @@ Frame Simulation::local_frame() const {
 }
 
 Energy Simulation::energy() const {
-  const SingleUser::Use alone(implementation_->user);
-  return implementation_->live.energy();
+  return implementation_->alone()->energy();
 }
 
 std::vector<SeamState> Simulation::seams() const {
-  const SingleUser::Use alone(implementation_->user);
-  return implementation_->live.seams();
+  return implementation_->alone()->seams();
 }
 
 std::uint64_t Simulation::state_hash() const {
-  return implementation_->visit(
+  return implementation_->alone()->visit(
       [](auto& run) { return hash_state(run.store.model(), run.store.snapshot()); });
 }
 
@@ -257,33 +250,27 @@ AdvanceResult Simulation::advance(double seconds, const AdvanceOptions& options)
 }
 
 void Simulation::move(ObstacleId obstacle, std::span<const Vec3<double>> places) {
-  const SingleUser::Use alone(implementation_->user);
-  implementation_->live.move(obstacle, {places.data(), places.size()});
+  implementation_->alone()->move(obstacle, {places.data(), places.size()});
 }
 
 void Simulation::move(PinId pin, std::span<const Vec3<double>> places) {
-  const SingleUser::Use alone(implementation_->user);
-  implementation_->live.move(pin, {places.data(), places.size()});
+  implementation_->alone()->move(pin, {places.data(), places.size()});
 }
 
 void Simulation::release(PinId pin) {
-  const SingleUser::Use alone(implementation_->user);
-  implementation_->live.release(pin);
+  implementation_->alone()->release(pin);
 }
 
 void Simulation::set_gravity(const Vec3<double>& gravity) {
-  const SingleUser::Use alone(implementation_->user);
-  implementation_->live.set_gravity(gravity);
+  implementation_->alone()->set_gravity(gravity);
 }
 
 void Simulation::set_forces(ClothId cloth, std::span<const Vec3<double>> forces) {
-  const SingleUser::Use alone(implementation_->user);
-  implementation_->live.set_forces(cloth, {forces.data(), forces.size()});
+  implementation_->alone()->set_forces(cloth, {forces.data(), forces.size()});
 }
 
 void Simulation::set_wind(const Wind& wind) {
-  const SingleUser::Use alone(implementation_->user);
-  implementation_->live.set_wind(wind);
+  implementation_->alone()->set_wind(wind);
 }
 
 std::span<const Vec3<float>> Simulation::positions(ClothId cloth) {
@@ -292,7 +279,7 @@ std::span<const Vec3<float>> Simulation::positions(ClothId cloth) {
   refuse_foreign(scene(), cloth, scene().cloths.size(), "cloths");
   i.places.resize(scene().cloths.size());
   std::vector<Vec3<float>>& places = i.places[at(cloth.index)];
-  i.visit([&](auto& run) { run.positions.download(at(cloth.index), origin(), places); });
+  i.live.visit([&](auto& run) { run.positions.download(at(cloth.index), origin(), places); });
   return places;
 }
 
@@ -300,7 +287,7 @@ DevicePositions Simulation::device_positions(ClothId cloth, void* stream) {
   const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   refuse_foreign(scene(), cloth, scene().cloths.size(), "cloths");
-  return i.visit(
+  return i.live.visit(
       [&](auto& run) { return run.positions.on_device(at(cloth.index), origin(), stream); });
 }
 
@@ -323,8 +310,7 @@ std::vector<std::vector<MemoryUse>> Simulation::device_memory() const {
 }
 
 std::string Simulation::state() const {
-  const SingleUser::Use alone(implementation_->user);
-  return implementation_->live.checkpoint();
+  return implementation_->alone()->checkpoint();
 }
 
 void Simulation::save(const std::filesystem::path& file, bool synced) const {

@@ -10,6 +10,7 @@
 #include "host/base/checksum.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/input/quantity.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/origin.hpp"
 #include "weft/error.hpp"
@@ -55,10 +56,10 @@ std::string writer_of(std::uint32_t format) {
 
 class Writer {
  public:
-  explicit Writer(std::uint32_t chunks) {
+  Writer() {
     bytes_ = magic;
     append(&version, sizeof version);
-    append(&chunks, sizeof chunks);
+    append(&chunks_, sizeof chunks_);
   }
   void chunk(std::string_view name, const void* data, std::size_t bytes) {
     char padded[name_bytes] = {};
@@ -71,26 +72,24 @@ class Writer {
     const std::uint64_t sum = hash.value();
     append(&sum, sizeof sum);
     append(data, bytes);
+    ++chunks_;
   }
   template <class T>
   void chunk(std::string_view name, const std::vector<T>& values) {
     chunk(name, values.data(), values.size() * sizeof(T));
   }
-  std::string bytes() && { return std::move(bytes_); }
+  std::string bytes() && {
+    std::memcpy(bytes_.data() + magic.size() + sizeof version, &chunks_, sizeof chunks_);
+    return std::move(bytes_);
+  }
 
  private:
   void append(const void* data, std::size_t bytes) {
     bytes_.append(static_cast<const char*>(data), bytes);
   }
   std::string bytes_;
+  std::uint32_t chunks_ = 0;
 };
-
-/// Name of a chunk for messages, which a damaged file may make anything.
-std::string shown(std::string name) {
-  for (char& c : name)
-    if (c < ' ' || c > '~') c = '?';
-  return "chunk \"" + name + "\"";
-}
 
 template <class T>
 void write_sleep(const SleepState<T>& sleep, Writer& out) {
@@ -99,7 +98,6 @@ void write_sleep(const SleepState<T>& sleep, Writer& out) {
   out.chunk("sleep_marks_2", sleep.marks[1]);
   out.chunk("sleep_causes", &sleep.causes, sizeof sleep.causes);
 }
-constexpr std::uint32_t sleep_chunks = 4;
 
 /// What a run wrote in which components of cloth may sleep; nothing of another run.
 template <class T>
@@ -202,12 +200,7 @@ std::string checkpoint_bytes(const Scene& scene, const Model& model, const State
                              const std::string& live, const Fingerprint& fingerprint,
                              std::int32_t quiet_frames) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
-  Writer out(10 + (sewing.welded.empty() ? 0 : 2) + (sewing.refused.empty() ? 0 : 1) +
-             (adaptive.empty() ? 0 : 1) + (live.empty() ? 0 : 1) +
-             (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) + (state.driven.empty() ? 0 : 1) +
-             (state.backoff == Backoff{} ? 0 : 1) +
-             (state.sleep.pieces.empty() ? 0 : sleep_chunks) + (scene.time.automatic ? 1 : 0) +
-             (quiet_frames > 0 ? 1 : 0));
+  Writer out;
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -275,13 +268,18 @@ void CheckpointReader::read() {
   if (position_ != bytes_.size()) refuse("end", "has bytes after the last chunk", "nothing there");
 }
 
-void CheckpointReader::get(const std::string& chunk, void* to, std::size_t bytes) const {
+std::string_view CheckpointReader::bytes_of(const std::string& chunk) const {
   const auto found = chunks_.find(chunk);
   if (found == chunks_.end()) refuse(chunk, "is missing", "all chunks");
-  if (found->second.size() != bytes)
-    refuse(chunk, "has " + std::to_string(found->second.size()) + " bytes",
+  return found->second;
+}
+
+void CheckpointReader::get(const std::string& chunk, void* to, std::size_t bytes) const {
+  const std::string_view found = bytes_of(chunk);
+  if (found.size() != bytes)
+    refuse(chunk, "has " + std::to_string(found.size()) + " bytes",
            std::to_string(bytes) + ", as this scene and its precision have");
-  if (bytes > 0) std::memcpy(to, found->second.data(), bytes);
+  if (bytes > 0) std::memcpy(to, found.data(), bytes);
 }
 
 void CheckpointReader::refuse(const std::string& field, const std::string& value,
@@ -300,17 +298,18 @@ void CheckpointReader::read_chunk() {
   std::uint64_t size = 0;
   std::uint64_t sum = 0;
   take(name, name_bytes);
+  const std::string shown = "chunk " + quoted_start(name);
   if (std::any_of(name + std::strlen(name), name + name_bytes, [](char c) { return c != 0; }))
-    refuse(shown(name), "has more behind its name", "zeros there");
+    refuse(shown, "has more behind its name", "zeros there");
   take(&size, sizeof size);
   take(&sum, sizeof sum);
-  if (size > bytes_.size() - position_) refuse(shown(name), "is truncated", "a whole file");
+  if (size > bytes_.size() - position_) refuse(shown, "is truncated", "a whole file");
   const std::string_view data = std::string_view(bytes_).substr(position_, size);
   position_ += size;
   Checksum hash;
   hash.add(data.data(), data.size());
-  if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
-  if (!chunks_.emplace(name, data).second) refuse(shown(name), "is given twice", "each chunk once");
+  if (hash.value() != sum) refuse(shown, "has a wrong checksum", "an undamaged file");
+  if (!chunks_.emplace(name, data).second) refuse(shown, "is given twice", "each chunk once");
 }
 
 bool whole_checkpoint(const std::filesystem::path& file) {
@@ -354,9 +353,7 @@ Sewing read_sewing(const CheckpointReader& in, std::size_t pairs, std::size_t se
 }
 
 std::string read_adaptive(const CheckpointReader& in) {
-  std::vector<char> bytes;
-  in.get_all("adaptive", bytes);
-  return {bytes.begin(), bytes.end()};
+  return std::string(in.bytes_of("adaptive"));
 }
 
 std::int32_t read_quiet_frames(const CheckpointReader& in) {
@@ -367,16 +364,12 @@ std::int32_t read_quiet_frames(const CheckpointReader& in) {
 }
 
 std::string read_live(const CheckpointReader& in) {
-  std::vector<char> bytes;
-  if (in.has("live")) in.get_all("live", bytes);
-  return {bytes.begin(), bytes.end()};
+  return in.has("live") ? std::string(in.bytes_of("live")) : std::string();
 }
 
 Fingerprint read_fingerprint(const CheckpointReader& in) {
-  std::vector<char> bytes;
-  in.get_all("scene", bytes);
   Fingerprint fingerprint;
-  if (!fingerprint_from({bytes.begin(), bytes.end()}, fingerprint))
+  if (!fingerprint_from(std::string(in.bytes_of("scene")), fingerprint))
     in.refuse("scene", "is no list of names and values", "what weft has written");
   return fingerprint;
 }

@@ -73,7 +73,8 @@ class CheckpointReader {
 
   const std::string& name() const { return name_; }
   bool has(const std::string& chunk) const { return chunks_.contains(chunk); }
-  /// Copies a chunk of any size. @throws SceneError if there is none; so does the next
+  /// Bytes of a chunk of any size. @throws SceneError if there is none; so do the next
+  std::string_view bytes_of(const std::string& chunk) const;
   template <class T>
   void get_all(const std::string& chunk, std::vector<T>& to) const;
   /// Copies a chunk of exactly the given size.
@@ -98,13 +99,12 @@ class CheckpointReader {
 
 template <class T>
 void CheckpointReader::get_all(const std::string& chunk, std::vector<T>& to) const {
-  const auto found = chunks_.find(chunk);
-  if (found == chunks_.end()) refuse(chunk, "is missing", "all chunks");
-  if (found->second.size() % sizeof(T) != 0)
-    refuse(chunk, "has " + std::to_string(found->second.size()) + " bytes",
+  const std::string_view bytes = bytes_of(chunk);
+  if (bytes.size() % sizeof(T) != 0)
+    refuse(chunk, "has " + std::to_string(bytes.size()) + " bytes",
            "a multiple of " + std::to_string(sizeof(T)));
-  to.resize(found->second.size() / sizeof(T));
-  if (!to.empty()) std::memcpy(to.data(), found->second.data(), found->second.size());
+  to.resize(bytes.size() / sizeof(T));
+  if (!to.empty()) std::memcpy(to.data(), bytes.data(), bytes.size());
 }
 
 /// Whether a file exists and is an undamaged checkpoint, of any scene.

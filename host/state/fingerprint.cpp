@@ -8,6 +8,7 @@
 
 #include "host/base/checksum.hpp"
 #include "host/input/checker.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/scene/origin.hpp"
 #include "weft/error.hpp"
 
@@ -55,16 +56,6 @@ std::string shown(const std::vector<T>& values) {
   std::string text = "[";
   for (const T& value : values) text += (text.size() > 1 ? ", " : "") + shown(value);
   return text + "]";
-}
-
-bool is_control(char c) {
-  return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
-}
-
-/// Names and values end up in messages, and between zero bytes.
-std::string printable(std::string text) {
-  std::replace_if(text.begin(), text.end(), is_control, '?');
-  return text;
 }
 
 std::string text_of_checksum(const Checksum& checksum) {
@@ -124,10 +115,11 @@ class Parts {
       checksum.add(text.data(), text.size());
       text = text_of_checksum(checksum);
     }
-    parts_.emplace_back(printable(name), printable(text));
+    // They end up in messages, and between zero bytes.
+    parts_.emplace_back(without_controls(name), without_controls(text));
   }
   void add(const std::string& name, const Checksum& checksum) {
-    parts_.emplace_back(printable(name), text_of_checksum(checksum));
+    parts_.emplace_back(without_controls(name), text_of_checksum(checksum));
   }
 
   std::string material_name(std::size_t i) const {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "host/base/temporary_file.hpp"
 #include "host/time_parallel/coarse_states.hpp"
-#include "host/time_parallel/passing_file.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"
@@ -93,7 +93,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
     const std::size_t spared = report.failure != Failure::none ? 0 : 1;
     return jammed(report) && eased_.size() + spared < eases_.size();
   };
-  const PassingFile stands(directory_ / "jammed.weft");
+  const TemporaryFile stands(directory_ / "jammed.weft");
   Step result;
   StepReport report = take(result);
   const StepReport first = report;

@@ -4,13 +4,12 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <sstream>
-#include <system_error>
 #include <utility>
 
 #include "host/base/atomic_file.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "weft/error.hpp"
@@ -23,16 +22,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-bool there(const fs::path& file) {
-  std::error_code error;
-  return fs::is_regular_file(file, error);
-}
-
-std::string bytes_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 [[noreturn]] void refuse_damaged(const fs::path& file, const char* field, const char* value) {
@@ -51,7 +40,7 @@ void write_start_report(const fs::path& file, const SliceStart& start) {
 }
 
 SliceStart read_start_report(const fs::path& file) {
-  std::istringstream in(bytes_of(file));
+  std::istringstream in(bytes_if_readable(file));
   SliceStart start;
   in >> start.iterations_max >> start.iterations >> start.change >> start.tracking_error >>
       start.untangled >> start.work;
@@ -115,7 +104,7 @@ class SliceRun {
 
 /// @return false: everything is to stop
 bool SliceRun::make_start() {
-  if (there(files_.start()) && there(files_.start_report())) {
+  if (is_file(files_.start()) && is_file(files_.start_report())) {
     outcome_.start = read_start_report(files_.start_report());
     return true;
   }
@@ -124,7 +113,7 @@ bool SliceRun::make_start() {
       write_slice_start(fine_, level_, task_.first_step, SliceFiles::coarse(task_.run),
                         files_.start(), [&](double work) { return gate_.recovering(work); });
   outcome_.start_wall = seconds_since(start);
-  if (!there(files_.start())) return false;
+  if (!is_file(files_.start())) return false;
   write_start_report(files_.start_report(), outcome_.start);
   return true;
 }
@@ -142,7 +131,7 @@ void SliceRun::begin() {
   if (task_.number > 0) simulation_->resume(files_.start(), SceneChanges::allow);
   refuse_unless(simulation_->step_number() == task_.first_step, files_.start());
   work_ = {outcome_.start.work};
-  if (there(files_.checkpoint())) {
+  if (is_file(files_.checkpoint())) {
     simulation_->resume(files_.checkpoint(), SceneChanges::allow);
     refuse_unless(simulation_->step_number() >= task_.first_step, files_.checkpoint());
     work_ = read_work(files_.work());
@@ -203,7 +192,7 @@ SliceFiles::SliceFiles(const fs::path& run, int slice) {
 }
 
 std::vector<double> read_work(const fs::path& file) {
-  const std::string bytes = bytes_of(file);
+  const std::string bytes = bytes_if_readable(file);
   std::vector<double> work(bytes.size() / sizeof(double));
   if (!work.empty()) std::memcpy(work.data(), bytes.data(), work.size() * sizeof(double));
   return work;
@@ -217,7 +206,7 @@ void write_work(const fs::path& file, const std::vector<double>& work, Durabilit
 
 std::optional<SliceOutcome> finished_slice(const SliceTask& task) {
   const SliceFiles files(task.run, task.number);
-  if (!there(files.end())) return std::nullopt;
+  if (!is_file(files.end())) return std::nullopt;
   SliceOutcome outcome;
   outcome.done = true;
   if (task.number > 0) outcome.start = read_start_report(files.start_report());

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "host/base/temporary_file.hpp"
+#include "host/geometry/aabb.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/intersection_check.hpp"
@@ -15,7 +17,6 @@
 #include "host/state/store.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/frozen_meshes.hpp"
-#include "host/time_parallel/passing_file.hpp"
 #include "host/time_parallel/placed_state.hpp"
 #include "host/time_parallel/spin_up.hpp"
 #include "weft/core/at.hpp"
@@ -256,7 +257,7 @@ bool write_from(const Scene& fine, const CoarseScene& level, std::int64_t from, 
   start.work = earlier_work;
   start.spin_up = step - from;
   start.iterations_max = recovery_iterations(fine, frame_step_length(fine.time));
-  const PassingFile earlier(std::filesystem::path(file).replace_extension("earlier"));
+  const TemporaryFile earlier(std::filesystem::path(file).replace_extension("earlier"));
   std::filesystem::path begin;  // of the run-in
   if (from > 0) {
     begin = from == step ? file : earlier.path;
@@ -309,16 +310,9 @@ int recovery_iterations(const Scene& scene, double step) {
 }
 
 double cloth_size(const Scene& scene) {
-  Vec3<double> low = scene.cloths.front().mesh.positions.front();
-  Vec3<double> high = low;
-  for (const Cloth& cloth : scene.cloths)
-    for (const Vec3<double>& x : cloth.mesh.positions)
-      for (int c = 0; c < 3; ++c) {
-        low[c] = std::min(low[c], x[c]);
-        high[c] = std::max(high[c], x[c]);
-      }
-  const Vec3<double> side = high - low;
-  return std::max({side[0], side[1], side[2]});
+  Aabb box;
+  for (const Cloth& cloth : scene.cloths) box.include(aabb_of(cloth.mesh.positions));
+  return box.longest_side();
 }
 
 SliceStart write_slice_start(const Scene& fine, const CoarseScene& level, std::int64_t step,

@@ -16,8 +16,6 @@
 #include "host/app/chart/chart_points.hpp"
 #include "host/app/chart/chart_runs.hpp"
 #include "host/app/process/child.hpp"
-#include "host/app/run/allow_path.hpp"
-#include "host/app/run/experimental.hpp"
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/run_directory.hpp"
 #include "host/app/run/run_end.hpp"
@@ -32,7 +30,6 @@ namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr int refinements_max = 3;
 constexpr const char* half_step = "half_step";
@@ -106,21 +103,19 @@ bool is_model_switch(const std::string& text) {
 AccuracyTargetRun::AccuracyTargetRun(const RunRequest& request, AccuracyTarget target,
                                      std::vector<std::string> overrides)
     : request_(request), target_(target) {
-  io::Settings of_point = io::split_settings(overrides);
-  std::vector<std::string> keys = all_overrides(request), all = keys;
-  keys.insert(keys.end(), of_point.keys.begin(), of_point.keys.end());
-  std::vector<std::string>& hidden = of_point.experimental;
-  hidden.insert(hidden.begin(), request.experimental.begin(), request.experimental.end());
+  const io::Settings of_point = io::split_settings(overrides);
+  SceneRequest first = request;
+  first.overrides = all_overrides(request);
+  std::vector<std::string> all = first.overrides;
   all.insert(all.end(), overrides.begin(), overrides.end());
-  const Scene scene =
-      with_fixed_steps(io::read_scene(request.scene, keys, request.allowed, hidden), "--need");
+  first.overrides.insert(first.overrides.end(), of_point.keys.begin(), of_point.keys.end());
+  first.experimental.insert(first.experimental.end(), of_point.experimental.begin(),
+                            of_point.experimental.end());
+  const Scene scene = with_fixed_steps(first.read(), "--need");
   for (const std::string& text : overrides)
     if (is_model_switch(text)) model_.push_back(text);
-  std::size_t triangles = 0;
-  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
-  first_ = {std::move(all), scene.time.step, static_cast<double>(triangles)};
-  other_meshes_ = takes_triangles(request.scene, std::move(keys), request.allowed, hidden,
-                                  std::max(100.0, first_.triangles));
+  first_ = {std::move(all), scene.time.step, static_cast<double>(triangle_count(scene))};
+  other_meshes_ = takes_triangles(std::move(first), std::max(100.0, first_.triangles));
   bdf2_ = scene.integrator == Integrator::bdf2;
   frames_ = scene.time.frames;
   output_ = output_folder(request.output, scene.name);
@@ -136,22 +131,19 @@ AccuracyTargetRun::AccuracyTargetRun(const RunRequest& request, AccuracyTarget t
 fs::path AccuracyTargetRun::run(const std::string& name, const Trial& trial) {
   const fs::path output = folder_ / name;
   fs::remove_all(output);
-  std::vector<std::string> words{"run", request_.scene, "-o", output.string()};
-  const std::vector<std::string> allowed = allow_path_words(request_.allowed);
-  words.insert(words.end(), allowed.begin(), allowed.end());
-  const std::vector<std::string> experimental = experimental_words(request_.experimental);
-  words.insert(words.end(), experimental.begin(), experimental.end());
-  if (!request_.device.empty()) words.insert(words.end(), {"--device", request_.device});
   // The child writes into a log, where it cannot see a terminal.
-  words.push_back(draws_preview(request_) ? "--preview" : "--no-preview");
-  const std::vector<std::string> settings = setting_words(trial.overrides);
-  words.insert(words.end(), settings.begin(), settings.end());
-  words.insert(words.end(), {"--set", fmt::format("time.step={:.17g}", trial.step)});
+  std::vector<std::string> words{"run", request_.scene, "-o", output.string(),
+                                 draws_preview(request_) ? "--preview" : "--no-preview"};
+  if (!request_.device.empty()) words.insert(words.end(), {"--device", request_.device});
+  SceneRequest of_trial = request_;
+  of_trial.overrides = trial.overrides;
+  std::vector<std::string> sizes{fmt::format("time.step={:.17g}", trial.step)};
   if (trial.triangles != first_.triangles)
-    words.insert(words.end(), {"--set", fmt::format("triangles={:.0f}", trial.triangles)});
+    sizes.push_back(fmt::format("triangles={:.0f}", trial.triangles));
   fmt::print("{}: step {:.4g} s, {:.0f} triangles\n", name, trial.step, trial.triangles);
   std::fflush(stdout);
-  const ChildEnd end = run_child(words, output.string() + ".log", 0);
+  const ChildEnd end =
+      run_child(of_trial.command(std::move(words), sizes), output.string() + ".log", 0);
   if (end.exit_code == 130) throw SimulationError(stopped_by_signal);
   if (end.exit_code != 0) throw SimulationError(fmt::format("{}: {}", name, end.message));
   return output;
@@ -310,12 +302,10 @@ AccuracyTarget parse_accuracy_target(const std::string& text) {
   return target;
 }
 
-bool takes_triangles(const std::string& scene, std::vector<std::string> overrides,
-                     const std::vector<std::string>& allowed,
-                     const std::vector<std::string>& experimental, double count) {
-  overrides.push_back(fmt::format("triangles={:.0f}", count));
+bool takes_triangles(SceneRequest request, double count) {
+  request.overrides.push_back(fmt::format("triangles={:.0f}", count));
   try {
-    io::read_scene(scene, overrides, allowed, experimental);
+    request.read();
   } catch (const SceneError&) {
     return false;
   }

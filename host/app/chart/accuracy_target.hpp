@@ -20,11 +20,7 @@ struct AccuracyTarget {
 AccuracyTarget parse_accuracy_target(const std::string& text);
 
 /// Whether a scene with meshes of its own making can be had with so many triangles.
-/// @param allowed      folders of files that the scene names, beside its own
-/// @param experimental values that are no keys of scenes
-bool takes_triangles(const std::string& scene, std::vector<std::string> overrides,
-                     const std::vector<std::string>& allowed,
-                     const std::vector<std::string>& experimental, double count);
+bool takes_triangles(SceneRequest request, double count);
 
 /// Points of a chart.
 /// @param path a chart.json, or its directory

@@ -10,8 +10,6 @@
 #include "host/app/chart/chart_output.hpp"
 #include "host/app/chart/chart_points.hpp"
 #include "host/app/chart/chart_sweep.hpp"
-#include "host/app/run/allow_path.hpp"
-#include "host/app/run/experimental.hpp"
 #include "host/app/run/scene_name.hpp"
 #include "host/input/safe_text.hpp"
 #include "weft/error.hpp"
@@ -71,12 +69,7 @@ void add_chart_subcommand(CLI::App& app, int& exit_code) {
       ->type_name("D");
   subcommand->add_option("--frames", request->frames, "How many frames, instead of the scene's")
       ->type_name("N");
-  subcommand
-      ->add_option("--set", request->overrides, "Override a value in every run; may be repeated")
-      ->type_name("PATH=VALUE")
-      ->allow_extra_args(false);
-  add_experimental(*subcommand, request->experimental);
-  add_allow_path(*subcommand, request->allowed);
+  request->add_options(*subcommand);
   subcommand->add_option("--knob", request->knobs, "One more series; may be repeated")
       ->type_name("PATH=V,V,...")
       ->allow_extra_args(false);
@@ -112,7 +105,9 @@ void add_chart_subcommand(CLI::App& app, int& exit_code) {
     for (const std::string& scene : request->scenes) {
       if (request->draw) draw_again(scene);
       if (request->check) good = check_chart(scene) && good;
-      if (!request->draw && !request->check) sweep_scene(find_scene(scene), *request);
+      if (request->draw || request->check) continue;
+      request->scene = find_scene(scene);
+      sweep_scene(*request);
     }
     exit_code = good ? 0 : 4;
   });

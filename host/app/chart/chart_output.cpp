@@ -18,7 +18,6 @@ namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr std::array colours{"#1b6ca8", "#c8553d", "#3a7d44", "#8e5aa8", "#b8860b", "#555555"};
 
@@ -188,7 +187,7 @@ Chart load_chart(const std::string& path) {
 
 std::string chart_json(const Chart& chart) {
   Json points = Json::array();
-  for (const ChartPoint& p : chart.points) points.push_back(to_json(p));
+  for (const ChartPoint& p : chart.points) points.push_back(json_of(p));
   const Json json{{"scene", chart.scene},
                   {"about", chart.about},
                   {"reference_floor", chart.floor},

@@ -9,12 +9,11 @@
 #include <thread>
 
 #include "host/base/file_bytes.hpp"
+#include "host/geometry/aabb.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// The list that is being made, with what its points have in common.
 class Sweep {
@@ -95,12 +94,6 @@ void add_numerics(const Scene& scene, bool quick, Sweep& sweep) {
               {set("contact.thickness", contact_thickness(scene.contact) * share)});
 }
 
-std::size_t triangle_count(const Scene& scene) {
-  std::size_t triangles = 0;
-  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
-  return triangles;
-}
-
 /// Scenes whose meshes are files do not change; their points lie on each other.
 void add_meshes(const Scene& scene, bool quick, Sweep& sweep) {
   const auto triangles = static_cast<double>(triangle_count(scene));
@@ -173,57 +166,44 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-Json or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-double or_unknown(const Json& value) {
-  return value.is_number() ? value.get<double>() : ChartPoint::unknown;
-}
-
 }  // namespace
 
-Json to_json(const ChartPoint& p) {
-  return {{"series", p.setting.series},
-          {"label", p.setting.label},
-          {"method", p.setting.method},
-          {"device", p.setting.device},
-          {"overrides", p.setting.overrides},
-          {"command", p.command},
-          {"commit", p.commit},
-          {"state_hash", p.state_hash},
-          {"starts", p.starts},
-          {"failure", p.failure},
-          {"seconds", p.seconds},
-          {"error", or_null(p.error)},
-          {"statistics", or_null(p.statistics)},
-          {"statistics_error", or_null(p.statistics_error)},
-          {"hausdorff", or_null(p.hausdorff)},
-          {"curvature", or_null(p.curvature)},
-          {"stretch", or_null(p.stretch)},
-          {"drift", or_null(p.drift)},
-          {"intersections", or_null(p.intersections)}};
+void fields(JsonArchive& io, ChartPoint& p) {
+  io("series", p.setting.series);
+  io("label", p.setting.label);
+  io("method", p.setting.method);
+  io("device", p.setting.device);
+  io("overrides", p.setting.overrides);
+  io("command", p.command);
+  io("commit", p.commit);
+  io("state_hash", p.state_hash);
+  io("starts", p.starts);
+  io("failure", p.failure);
+  io("seconds", p.seconds);
+  io("error", p.error);
+  io("statistics", p.statistics);
+  io("statistics_error", p.statistics_error);
+  io("hausdorff", p.hausdorff);
+  io("curvature", p.curvature);
+  io("stretch", p.stretch);
+  io("drift", p.drift);
+  io("intersections", p.intersections);
 }
 
 ChartPoint point_from_json(const Json& json) {
-  ChartPoint p;
-  p.setting = {json.at("series"), json.at("label"), json.at("method"), json.at("device"),
-               json.at("overrides").get<std::vector<std::string>>()};
-  p.command = json.at("command");
-  p.commit = json.at("commit");
-  p.state_hash = json.at("state_hash");
-  p.starts = json.value("starts", 1);
-  p.failure = json.at("failure");
-  p.seconds = json.at("seconds").get<std::vector<double>>();
-  p.error = or_unknown(json.at("error"));
-  p.statistics = or_unknown(json.at("statistics"));
-  p.statistics_error = or_unknown(json.value("statistics_error", Json()));
-  p.hausdorff = or_unknown(json.at("hausdorff"));
-  p.curvature = or_unknown(json.at("curvature"));
-  p.stretch = or_unknown(json.at("stretch"));
-  p.drift = or_unknown(json.at("drift"));
-  p.intersections = or_unknown(json.at("intersections"));
-  return p;
+  return read_fields<ChartPoint>(json, {"series", "method", "seconds", "error"});
+}
+
+std::size_t triangle_count(const Scene& scene) {
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
+  return triangles;
+}
+
+double diagonal_of(const Scene& scene) {
+  Aabb box;
+  for (const Cloth& cloth : scene.cloths) box.include(aabb_of(cloth.mesh.positions));
+  return box.diagonal();
 }
 
 Scene with_fixed_steps(Scene scene, const std::string& command) {

@@ -2,23 +2,21 @@
 
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "host/app/run/json_archive.hpp"
+#include "host/app/run/scene_request.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::app {
 
 /// What `weft chart` was asked for.
-struct ChartRequest {
+struct ChartRequest : SceneRequest {
   std::vector<std::string> scenes;
-  std::string output;                     ///< default: out/chart
-  std::string device = "cpu:1";           ///< of all points but those of the device count
-  std::vector<std::string> overrides;     ///< for every run
-  std::vector<std::string> experimental;  ///< for every run, no keys of scenes
-  std::vector<std::string> allowed;       ///< folders of files that scenes name, beside their own
-  std::vector<std::string> knobs;         ///< "path=value,value,..." each: more series
+  std::string output;              ///< default: out/chart
+  std::string device = "cpu:1";    ///< of all points but those of the device count
+  std::vector<std::string> knobs;  ///< "path=value,value,..." each: more series
   std::string frames;
   std::string peers;         ///< CSV of others' points
   int runs = 5;              ///< timed ones a point
@@ -64,9 +62,15 @@ struct ChartPoint {
   bool drawn() const { return failure.empty() && std::isfinite(error) && !seconds.empty(); }
 };
 
-nlohmann::ordered_json to_json(const ChartPoint& point);
-/// @throws nlohmann::json::exception if something is missing
-ChartPoint point_from_json(const nlohmann::ordered_json& json);
+void fields(JsonArchive& io, ChartPoint& point);
+/// @throws Json::exception if it is no point
+ChartPoint point_from_json(const Json& json);
+
+/// Of all cloths.
+std::size_t triangle_count(const Scene& scene);
+
+/// [m] of the box around all cloths at the start
+double diagonal_of(const Scene& scene);
 
 /// The scene itself.
 /// @param command that tries other time steps, for the message

@@ -14,12 +14,11 @@
 #include <utility>
 
 #include "host/app/process/child.hpp"
-#include "host/app/run/allow_path.hpp"
-#include "host/app/run/experimental.hpp"
 #include "host/app/run/run_directory.hpp"
 #include "host/app/run/sewn_scene.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "host/lab/check/displaced_verdict.hpp"
@@ -30,7 +29,6 @@ namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 using Positions = std::vector<Vec3<double>>;
 
 constexpr double perturbation = 1e-12;  ///< over the diagonal: what chaos is looked for with
@@ -42,8 +40,7 @@ constexpr double chaotic = growth_max * perturbation;  ///< over the diagonal
 constexpr double start_distance = 1e-6;  ///< over the diagonal: by which starts differ
 
 Json json_of(const fs::path& file) {
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) return {};
+  if (!is_file(file)) return {};
   Json json = Json::parse(read_file_bytes(file), nullptr, false);
   return json.is_discarded() ? Json() : json;
 }
@@ -163,14 +160,6 @@ const char* chaos_name(bool shaken) {
   return shaken ? "chaos_shaken" : "chaos_plain";
 }
 
-/// [m] of all cloth at the start
-double diagonal_of(const Scene& scene) {
-  std::vector<Vec3<double>> all;
-  for (const Cloth& cloth : scene.cloths)
-    all.insert(all.end(), cloth.mesh.positions.begin(), cloth.mesh.positions.end());
-  return lab::diagonal(all);
-}
-
 std::vector<std::string> chaos_overrides(const Scene& scene, bool shaken) {
   std::vector<std::string> overrides{"precision=double"};
   if (shaken)
@@ -180,24 +169,16 @@ std::vector<std::string> chaos_overrides(const Scene& scene, bool shaken) {
 
 }  // namespace
 
-ChartRuns::ChartRuns(std::string scene, fs::path folder, const ChartRequest& request)
-    : scene_(std::move(scene)), folder_(std::move(folder)), request_(request) {
+ChartRuns::ChartRuns(fs::path folder, const ChartRequest& request)
+    : folder_(std::move(folder)), request_(request) {
   fs::create_directories(folder_);
 }
 
 std::vector<std::string> ChartRuns::arguments(const std::string& device,
                                               const std::vector<std::string>& overrides) const {
-  std::vector<std::string> words{"run", scene_, "--device", device, "--no-preview"};
-  const std::vector<std::string> allowed = allow_path_words(request_.allowed);
-  words.insert(words.end(), allowed.begin(), allowed.end());
-  const std::vector<std::string> experimental = experimental_words(request_.experimental);
-  words.insert(words.end(), experimental.begin(), experimental.end());
+  std::vector<std::string> words{"run", request_.scene, "--device", device, "--no-preview"};
   if (!request_.frames.empty()) words.insert(words.end(), {"--frames", request_.frames});
-  for (const auto* list : {&request_.overrides, &overrides}) {
-    const std::vector<std::string> settings = setting_words(*list);
-    words.insert(words.end(), settings.begin(), settings.end());
-  }
-  return words;
+  return request_.command(std::move(words), overrides);
 }
 
 /// @return why it failed, or nothing

@@ -31,7 +31,7 @@ struct ChartReference {
 /// Runs of one scene, in a folder of their own.
 class ChartRuns {
  public:
-  ChartRuns(std::string scene, std::filesystem::path folder, const ChartRequest& request);
+  ChartRuns(std::filesystem::path folder, const ChartRequest& request);
 
   /// Makes the reference, or takes over what an earlier sweep has made, and shows its progress.
   /// @param scene as it is without any knob turned
@@ -69,7 +69,6 @@ class ChartRuns {
                       const std::vector<int>& cores,
                       std::vector<std::vector<lab::Statistics>> of_starts, ChartPoint& point) const;
 
-  std::string scene_;
   std::filesystem::path folder_;
   const ChartRequest& request_;
 };

@@ -23,6 +23,7 @@
 #include "host/app/process/child.hpp"
 #include "host/app/run/run_lock.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
@@ -32,7 +33,6 @@ namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 std::string now_text() {
   const std::time_t now = std::time(nullptr);
@@ -48,8 +48,7 @@ class PointBook {
  public:
   PointBook(fs::path file, bool fresh) : file_(std::move(file)) {
     if (fresh) fs::remove(file_);
-    std::error_code error;
-    if (!fs::is_regular_file(file_, error)) return;
+    if (!is_file(file_)) return;
     std::istringstream in(read_file_bytes(file_));
     for (std::string line; std::getline(in, line);) {
       try {
@@ -73,7 +72,7 @@ class PointBook {
 
   void add(const ChartPoint& point) const {
     std::ofstream(file_, std::ios::app)
-        << to_json(point).dump(-1, ' ', false, Json::error_handler_t::replace) << "\n";
+        << json_of(point).dump(-1, ' ', false, Json::error_handler_t::replace) << "\n";
   }
 
  private:
@@ -128,7 +127,7 @@ std::vector<ChartSetting> planned_settings(const Scene& scene,
 /// The sweep of one scene.
 class Sweep {
  public:
-  Sweep(const std::string& file, const ChartRequest& request);
+  explicit Sweep(const ChartRequest& request);
   void execute();
 
  private:
@@ -149,20 +148,18 @@ class Sweep {
   std::mutex mutex_;
 };
 
-std::vector<std::string> with_frames(const ChartRequest& request) {
-  std::vector<std::string> overrides = request.overrides;
-  if (!request.frames.empty()) overrides.push_back("time.frames=" + request.frames);
-  return overrides;
+Scene scene_of(const ChartRequest& request) {
+  SceneRequest with_frames = request;
+  if (!request.frames.empty()) with_frames.overrides.push_back("time.frames=" + request.frames);
+  return with_fixed_steps(with_frames.read(), "weft chart");
 }
 
-Sweep::Sweep(const std::string& file, const ChartRequest& request)
+Sweep::Sweep(const ChartRequest& request)
     : request_(request),
-      scene_(with_fixed_steps(
-          io::read_scene(file, with_frames(request), request.allowed, request.experimental),
-          "weft chart")),
+      scene_(scene_of(request)),
       folder_(fs::path(request.output.empty() ? "out/chart" : request.output) /
               safe_file_name(scene_.name)),
-      runs_(file, folder_ / "runs", request),
+      runs_(folder_ / "runs", request),
       lock_(folder_),
       book_(folder_ / "points.jsonl", request.fresh),
       cores_(request.jobs > 1 ? core_groups(request.jobs) : std::vector<std::vector<int>>(1)) {
@@ -251,8 +248,8 @@ void Sweep::execute() {
 
 }  // namespace
 
-void sweep_scene(const std::string& file, const ChartRequest& request) {
-  Sweep(file, request).execute();
+void sweep_scene(const ChartRequest& request) {
+  Sweep(request).execute();
 }
 
 }  // namespace weft::app

@@ -9,51 +9,35 @@
 namespace weft::app {
 namespace {
 
-std::string box_text(const FileBox& box) {
+std::string box_text(const Aabb& box) {
   const Vec3<double> s = box.size();
   return fmt::format("{:.3g} x {:.3g} x {:.3g}", s[0], s[1], s[2]);
 }
 
 }  // namespace
 
-FileBox box_of(const Mesh& mesh) {
-  FileBox box{mesh.positions.front(), mesh.positions.front()};
-  for (const Vec3<double>& x : mesh.positions)
-    for (int k = 0; k < 3; ++k) {
-      box.low[k] = std::min(box.low[k], x[k]);
-      box.high[k] = std::max(box.high[k], x[k]);
-    }
-  return box;
-}
-
-double FileBox::largest() const {
-  const Vec3<double> s = size();
-  return std::max({s[0], s[1], s[2]});
-}
-
-Guess guess_units(const FileBox& cloth, const std::optional<FileBox>& body) {
+Guess guess_units(const Aabb& cloth, const std::optional<Aabb>& body) {
   constexpr double largest_in_metres = 10;
   constexpr double largest_in_centimetres = 400;
-  const FileBox& known = body ? *body : cloth;
-  const double size = known.largest();
+  const Aabb& known = body ? *body : cloth;
+  const double size = known.longest_side();
   const char* unit = size <= largest_in_metres ? "m" : size <= largest_in_centimetres ? "cm" : "mm";
   const double metres = unit[0] == 'c' ? 0.01 : unit == std::string("mm") ? 0.001 : 1;
   return {unit, fmt::format("guessed: the {} is {} units large, and {:.3g} m is a likely size",
                             body ? "body" : "cloth", box_text(known), metres * size)};
 }
 
-Guess guess_up(const FileBox& cloth, const std::optional<FileBox>& body,
-               const std::string& extension) {
+Guess guess_up(const Aabb& cloth, const std::optional<Aabb>& body, const std::string& extension) {
   constexpr double clearly = 1.3;
   if (body) {
     const Vec3<double> s = body->size();
     if (s[1] > clearly * std::max(s[0], s[2])) return {"y", "guessed: the body is tallest along y"};
     if (s[2] > clearly * std::max(s[0], s[1])) return {"z", "guessed: the body is tallest along z"};
-    const Vec3<double> from_body = (cloth.low + cloth.high - body->low - body->high) * 0.5;
+    const Vec3<double> from_body = cloth.center() - body->center();
     const double y = from_body[1], z = from_body[2];
-    if (y > clearly * std::abs(z) && y > 0.05 * body->largest())
+    if (y > clearly * std::abs(z) && y > 0.05 * body->longest_side())
       return {"y", "guessed: the cloth starts above the body along y"};
-    if (z > clearly * std::abs(y) && z > 0.05 * body->largest())
+    if (z > clearly * std::abs(y) && z > 0.05 * body->longest_side())
       return {"z", "guessed: the cloth starts above the body along z"};
   }
   const Vec3<double> s = cloth.size();

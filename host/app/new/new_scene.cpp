@@ -101,17 +101,17 @@ std::string fabric_facts(const std::string& name) {
 }
 
 /// A scene without a body: flat cloth gets a floor to fall on, upright cloth is pinned at its top.
-void hold_up(const FileBox& cloth, double edge, SceneDraft& draft) {
+void hold_up(const Aabb& cloth, double edge, SceneDraft& draft) {
   const Vec3<double> size = cloth.size();
   constexpr double upright = 0.2;
   if (size[2] < upright * std::max(size[0], size[1])) {
-    draft.floor = cloth.low[2] - 0.3 * cloth.largest();
+    draft.floor = cloth.lo[2] - 0.3 * cloth.longest_side();
     return;
   }
-  const double margin = std::max(edge, 0.01 * cloth.largest());
-  draft.pin_low = cloth.low - Vec3<double>{margin, margin, 0};
-  (*draft.pin_low)[2] = cloth.high[2] - std::max(edge / 2, 0.02 * size[2]);
-  draft.pin_high = cloth.high + Vec3<double>{margin, margin, margin};
+  const double margin = std::max(edge, 0.01 * cloth.longest_side());
+  draft.pin_low = cloth.lo - Vec3<double>{margin, margin, 0};
+  (*draft.pin_low)[2] = cloth.hi[2] - std::max(edge / 2, 0.02 * size[2]);
+  draft.pin_high = cloth.hi + Vec3<double>{margin, margin, margin};
 }
 
 /// Long enough to fall onto what is below, and to come to rest there.
@@ -159,10 +159,10 @@ io::SceneFile read_or_repair(SceneDraft& draft, const NewRequest& request,
   }
 }
 
-FileBox placed_box(const Obstacle& obstacle) {
+Aabb placed_box(const Obstacle& obstacle) {
   Mesh mesh = obstacle.mesh;
   for (Vec3<double>& x : mesh.positions) x = apply(obstacle.transform, x);
-  return box_of(mesh);
+  return aabb_of(mesh.positions);
 }
 
 /// Makes a file that must not be there yet.
@@ -189,9 +189,10 @@ void refuse_existing(const std::string& path) {
 
 SceneDraft draft_of(const NewRequest& request) {
   const Mesh cloth = io::read_mesh(request.cloth, io::Uv::where_all);
-  const FileBox cloth_box = box_of(cloth);
-  std::optional<FileBox> body_box;
-  if (!request.body.empty()) body_box = box_of(io::read_mesh(request.body, io::Uv::ignore));
+  const Aabb cloth_box = aabb_of(cloth.positions);
+  std::optional<Aabb> body_box;
+  if (!request.body.empty())
+    body_box = aabb_of(io::read_mesh(request.body, io::Uv::ignore).positions);
 
   SceneDraft draft;
   const fs::path folder = folder_of(request.output);
@@ -217,11 +218,11 @@ void complete(SceneDraft& draft, const NewRequest& request) {
   const ScratchFolder scratch;
   const io::SceneFile first = read_or_repair(draft, request, scratch);
   const Mesh& cloth = first.scene.cloths.at(0).mesh;
-  const FileBox box = box_of(cloth);
+  const Aabb box = aabb_of(cloth.positions);
   const double edge = mean_cell_edge(first.scene.cloths);
   draft.cloth_facts = facts_of(cloth);
-  draft.cloth_size = box.largest();
-  draft.cloth_centre = (box.low + box.high) * 0.5;
+  draft.cloth_size = box.longest_side();
+  draft.cloth_centre = box.center();
   draft.thickness = thickness_of(first.scene);
   draft.thickness_reason = fmt::format(
       "m; the cloth repels from this distance on: 1 mm, or a quarter of the cells of {:.3g} mm",
@@ -230,8 +231,8 @@ void complete(SceneDraft& draft, const NewRequest& request) {
   if (request.body.empty())
     hold_up(box, edge, draft);
   else
-    fall = box.low[2] - placed_box(first.scene.obstacles.at(0)).high[2];
-  if (draft.floor) fall = box.low[2] - *draft.floor;
+    fall = box.lo[2] - placed_box(first.scene.obstacles.at(0)).hi[2];
+  if (draft.floor) fall = box.lo[2] - *draft.floor;
   choose_frames(fall, draft);
   draft.camera = io::framing_camera(read_draft(draft, request, scratch).scene);
   // The camera passes the same checks as the rest.

@@ -19,13 +19,11 @@
 #include "host/app/plan/plan_without.hpp"
 #include "host/app/plan/step_trials.hpp"
 #include "host/app/process/child.hpp"
-#include "host/app/run/allow_path.hpp"
-#include "host/app/run/experimental.hpp"
 #include "host/app/run/run_device.hpp"
 #include "host/app/run/scene_name.hpp"
+#include "host/app/run/scene_request.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/input/safe_text.hpp"
-#include "host/io/scene/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "weft/devices.hpp"
@@ -36,13 +34,8 @@ namespace weft::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Json = nlohmann::ordered_json;
 
-struct PlanRequest {
-  std::string scene;
-  std::vector<std::string> overrides;
-  std::vector<std::string> allowed;  ///< folders of files that the scene names, beside its own
-  std::vector<std::string> experimental;
+struct PlanRequest : SceneRequest {
   std::string chart;  ///< a chart.json, or its directory
   std::string json;
   std::string target;  ///< as of `weft run --need`; empty: none
@@ -260,14 +253,11 @@ double step_error_max(const PlanRequest& request) {
 void make_plan(const PlanRequest& request) {
   if (!request.target.empty())
     parse_accuracy_target(request.target);  // refused before anything runs
-  const Scene scene =
-      io::read_scene(request.scene, request.overrides, request.allowed, request.experimental);
-  std::size_t triangles = 0;
-  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
-  fmt::print("{}: {} triangles, method {}, {} frames\n\n", one_line(scene.name), triangles,
-             scene.method, scene.time.frames);
+  const Scene scene = request.read();
+  fmt::print("{}: {} triangles, method {}, {} frames\n\n", one_line(scene.name),
+             triangle_count(scene), scene.method, scene.time.frames);
   auto stages = lab::plan_stages(scene);
-  SmallRuns small(scene, request.scene, request.overrides, request.allowed, request.experimental);
+  SmallRuns small(scene, request);
   decide_spares(scene, request, small, stages);
   print_stages(stages);
   fmt::print("\n");
@@ -284,20 +274,17 @@ void make_plan(const PlanRequest& request) {
   if (!request.chart.empty()) print_chart(request.chart);
   std::vector<std::string> words{"weft", "run", request.scene};
   if (!probes.empty()) words.insert(words.end(), {"--device", probes.front().device});
-  const std::vector<std::string> allowed = allow_path_words(request.allowed);
-  words.insert(words.end(), allowed.begin(), allowed.end());
-  const std::vector<std::string> experimental = experimental_words(request.experimental);
-  words.insert(words.end(), experimental.begin(), experimental.end());
-  for (const std::string& text : request.overrides) words.insert(words.end(), {"--set", text});
+  std::vector<std::string> settings;
   for (const lab::StagePlan& s : stages)
     if ((s.verdict == lab::Verdict::left_out || s.verdict == lab::Verdict::in_need) &&
         !s.setting.empty())
-      for (std::string& word : setting_words({s.setting})) words.push_back(std::move(word));
+      settings.push_back(s.setting);
   const bool same = std::none_of(stages.begin(), stages.end(), [](const lab::StagePlan& s) {
     return s.verdict == lab::Verdict::in_need;
   });
   fmt::print("\n{} for the least time: {}\n",
-             same ? "the same result" : "a result within the target", shell_text(words));
+             same ? "the same result" : "a result within the target",
+             shell_text(request.command(std::move(words), settings)));
   if (request.json.empty()) return;
   Json json = plan_json(scene.name, stages, choice, probes);
   if (steps) json["time_steps"] = steps_json(*steps);
@@ -313,12 +300,7 @@ void add_plan_subcommand(CLI::App& app, int& exit_code) {
   subcommand->add_option("scene", request->scene, "Scene file, or the name of a shipped scene")
       ->required()
       ->type_name("SCENE");
-  subcommand
-      ->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
-      ->type_name("PATH=VALUE")
-      ->allow_extra_args(false);
-  add_experimental(*subcommand, request->experimental);
-  add_allow_path(*subcommand, request->allowed);
+  request->add_options(*subcommand);
   subcommand
       ->add_option("--probe", request->probe,
                    "Seconds of simulation per device, to measure the cost; 0: none")

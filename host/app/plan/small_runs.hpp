@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "host/app/run/scene_request.hpp"
 #include "host/base/scratch_folder.hpp"
 #include "weft/scene.hpp"
 
@@ -18,13 +19,9 @@ class SmallRuns {
     std::string problem;  ///< one line: why
   };
 
-  /// @param file      of the scene
-  /// @param overrides of the scene's values
-  /// @param allowed   folders of files that the scene names, beside its own
-  /// @param experimental values that are no keys of scenes
+  /// @param request that `scene` was read by
   /// @throws SceneError if the runs have no place to be written to
-  SmallRuns(const Scene& scene, std::string file, std::vector<std::string> overrides,
-            std::vector<std::string> allowed, std::vector<std::string> experimental);
+  SmallRuns(const Scene& scene, SceneRequest request);
 
   /// Triangles of the mesh as it is.
   double triangles() const { return triangles_; }
@@ -39,11 +36,8 @@ class SmallRuns {
   static constexpr double seconds_max = 60;      ///< a run is killed after
 
  private:
-  std::string file_;
-  std::vector<std::string> overrides_;
-  std::vector<std::string> allowed_;
-  std::vector<std::string> experimental_;
-  double triangles_ = 0;
+  SceneRequest request_;
+  double triangles_;
   ScratchFolder scratch_;
   std::map<std::vector<std::string>, Run> done_;  ///< by arguments
 };

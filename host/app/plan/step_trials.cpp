@@ -7,7 +7,6 @@
 
 #include "host/app/chart/chart_runs.hpp"
 #include "host/base/file_bytes.hpp"
-#include "host/lab/chart/compare.hpp"
 #include "host/scene/frame_steps.hpp"
 
 namespace weft::app {
@@ -62,12 +61,9 @@ StepTrials try_steps(const Scene& scene, SmallRuns& runs, double error_max) {
   }
   const std::string own_setting = step_setting(scene, own);
   const SmallRuns::Run as_is = runs.run(triangles, {own_setting});
-  std::vector<Vec3<double>> start;
-  for (const Cloth& cloth : scene.cloths)
-    start.insert(start.end(), cloth.mesh.positions.begin(), cloth.mesh.positions.end());
-  const SmallRuns::Run beside = runs.run(
-      triangles,
-      {own_setting, fmt::format("jitter.amplitude={:.17g}", jitter * lab::diagonal(start))});
+  const SmallRuns::Run beside =
+      runs.run(triangles,
+               {own_setting, fmt::format("jitter.amplitude={:.17g}", jitter * diagonal_of(scene))});
   if (!as_is.folder.empty() && !beside.folder.empty())
     all.chance = run_distance(as_is.folder, beside.folder);
   std::vector<int> counts{std::max(1, own / 4), std::max(1, own / 2), own, 2 * own};

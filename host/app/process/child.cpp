@@ -13,10 +13,9 @@
 #include <cstdio>
 #include <fstream>
 #include <string_view>
-#include <system_error>
 #include <thread>
 
-#include "weft/error.hpp"
+#include "host/base/file_operations.hpp"
 
 extern char** environ;
 
@@ -45,12 +44,9 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
                    double limit, const std::vector<int>& cores) {
   std::vector<std::string> words{"weft"};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  std::vector<char*> argv = argument_list(words);
   const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0)
-    throw SceneError(log.string() + ": cannot write: " + std::generic_category().message(errno));
+  if (file < 0) fail_on(log, "write");
   cpu_set_t set;
   CPU_ZERO(&set);
   for (const int core : cores) CPU_SET(static_cast<unsigned>(core), &set);
@@ -58,8 +54,7 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
   const pid_t child = ::fork();
   if (child == 0) become(argv.data(), file, cores.empty() ? nullptr : &set);
   ::close(file);
-  if (child < 0)
-    throw SceneError("weft run: cannot start: " + std::generic_category().message(errno));
+  if (child < 0) fail_on("weft run", "start");
   const auto start = std::chrono::steady_clock::now();
   ChildEnd end;
   int status = 0;
@@ -79,9 +74,7 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
 std::optional<ChildEnd> run_program(std::vector<std::string> words,
                                     const std::filesystem::path& folder,
                                     const std::filesystem::path& log) {
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  std::vector<char*> argv = argument_list(words);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
@@ -92,8 +85,7 @@ std::optional<ChildEnd> run_program(std::vector<std::string> words,
   const int error = ::posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (error == ENOENT) return std::nullopt;
-  if (error != 0)
-    throw SceneError(words[0] + ": cannot start: " + std::generic_category().message(error));
+  if (error != 0) fail_on(words[0], "start", error);
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
@@ -103,6 +95,13 @@ std::optional<ChildEnd> run_program(std::vector<std::string> words,
   for (std::string line; std::getline(in, line);)
     if (line.find_first_not_of(" \t\r^") != std::string::npos) end.message = line;
   return end;
+}
+
+std::vector<char*> argument_list(std::vector<std::string>& words) {
+  std::vector<char*> list;
+  for (std::string& word : words) list.push_back(word.data());
+  list.push_back(nullptr);
+  return list;
 }
 
 std::vector<std::vector<int>> core_groups(int count) {

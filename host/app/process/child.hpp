@@ -32,6 +32,9 @@ std::optional<ChildEnd> run_program(std::vector<std::string> words,
                                     const std::filesystem::path& folder,
                                     const std::filesystem::path& log);
 
+/// Words as main() gets them: pointers to them, and a null one. They must outlive these.
+std::vector<char*> argument_list(std::vector<std::string>& words);
+
 /// The cores that this process may use, in groups of one size; fewer groups if there are fewer
 /// cores.
 std::vector<std::vector<int>> core_groups(int count);

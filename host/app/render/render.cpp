@@ -23,7 +23,9 @@
 #include "host/app/render/value_scale.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/frame_parts.hpp"
+#include "host/app/run/output_folder.hpp"
 #include "host/app/run/progress.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/render/picture.hpp"
@@ -260,11 +262,9 @@ class Rendering {
 
   /// @throws SceneError if an earlier rendering is there
   void choose_output() {
-    std::error_code error;
     output_ = request_.output;
     if (output_.empty())
-      output_ = fs::is_directory(request_.input, error) ? fs::path(request_.input) / "pictures"
-                                                        : fs::path("pictures");
+      output_ = fs::path(is_folder(request_.input) ? request_.input : "") / "pictures";
     if (request_.overwrite) return;
     if (const std::size_t count = earlier_pictures().size(); count > 0)
       throw SceneError(output_.string(), "-o", fmt::format("a folder with {} pictures", count),
@@ -272,24 +272,15 @@ class Rendering {
   }
 
   std::vector<fs::path> earlier_pictures() const {
-    std::vector<fs::path> files;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(output_, error))
-      if (is_picture(entry.path())) files.push_back(entry.path());
+    std::vector<fs::path> files = files_in(output_);
+    std::erase_if(files, [](const fs::path& file) { return !is_picture(file); });
     return files;
   }
 
   /// Makes the folder, without the pictures of an earlier rendering.
   void settle_output() const {
-    std::error_code error;
-    fs::create_directories(output_, error);
-    if (error || !fs::is_directory(output_, error))
-      throw SceneError(output_.string(), "-o", error ? error.message() : "no directory",
-                       "a directory that can be made and written");
-    for (const fs::path& file : earlier_pictures()) {
-      fs::remove(file, error);
-      if (error) throw SceneError(file.string() + ": cannot remove: " + error.message());
-    }
+    make_output_folder(output_);
+    for (const fs::path& file : earlier_pictures()) remove_file(file);
   }
 
   io::FrameMeshes meshes(std::size_t place) const {

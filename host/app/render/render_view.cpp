@@ -16,33 +16,18 @@ namespace {
 /// [pixels] of the line between two pictures
 constexpr std::size_t gap = 4;
 
-/// Appends meshes as one.
-void append(const std::vector<io::NamedMesh>& meshes, std::vector<Vec3<double>>& positions,
-            std::vector<Tri>& triangles) {
-  for (const io::NamedMesh& named : meshes) {
-    const auto first = static_cast<Index>(positions.size());
-    for (Tri t : named.mesh.triangles) {
-      for (Index& v : t.v) v += first;
-      triangles.push_back(t);
-    }
-    positions.insert(positions.end(), named.mesh.positions.begin(), named.mesh.positions.end());
-  }
-}
-
 }  // namespace
 
 io::CornerValues view_factor_values(const io::FrameMeshes& meshes, const Scene& scene,
                                     double time) {
-  ViewPlaces places;
-  std::vector<Tri> cloth, obstacles;
-  append(meshes.cloths, places.cloth, cloth);
-  append(meshes.obstacles, places.obstacles, obstacles);
+  Mesh cloth = io::joined(meshes.cloths), obstacles = io::joined(meshes.obstacles);
+  const ViewPlaces places{std::move(cloth.positions), std::move(obstacles.positions)};
   ViewSettings settings = scene.view;
   settings.predict_obstacles = false;
   const ViewField field = look(
       view_instants(scene.camera, settings, scene.time.frame_rate, time),
-      make_view_surface(std::move(cloth), std::move(obstacles)), [&](double) { return places; },
-      settings);
+      make_view_surface(std::move(cloth.triangles), std::move(obstacles.triangles)),
+      [&](double) { return places; }, settings);
   io::CornerValues values;
   Index triangle = 0;
   for (const io::NamedMesh& named : meshes.cloths) {

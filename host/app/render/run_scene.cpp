@@ -4,8 +4,8 @@
 
 #include <cstdio>
 #include <exception>
-#include <system_error>
 
+#include "host/base/file_operations.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "weft/error.hpp"
@@ -16,8 +16,7 @@ namespace fs = std::filesystem;
 
 RunScene scene_of_run(const fs::path& input, const std::vector<std::string>& allowed) {
   const fs::path file = input / "scene.json";
-  std::error_code error;
-  if (!fs::exists(file, error)) return {};
+  if (!is_there(file)) return {};
   std::string no_shapes;
   try {
     try {

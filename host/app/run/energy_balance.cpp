@@ -15,10 +15,6 @@ constexpr double explosion_factor = 1000;
 /// `needles` in steps of 0.02 s comes to 30.
 constexpr double lasting_factor = 100;
 
-double total(const Energy& e) {
-  return e.kinetic + e.elastic + e.gravitational;
-}
-
 /// Energy that contacts can release: enough to lift all cloth by the thickness, and to throw it
 /// that far within a step, because their stiffness follows from the step.
 /// @param step [s]
@@ -32,6 +28,10 @@ double stored_in_contacts(const Scene& scene, double step) {
 }
 
 }  // namespace
+
+double total(const Energy& e) {
+  return e.kinetic + e.elastic + e.gravitational;
+}
 
 void EnergyBalance::Range::add(double value) {
   low = std::min(low, value);

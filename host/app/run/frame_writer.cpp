@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
+#include "host/base/file_operations.hpp"
 #include "host/io/gltf/glb_file.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/usd/usd_file.hpp"
@@ -17,11 +17,6 @@ namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_there(const fs::path& path) {
-  std::error_code error;
-  return fs::exists(path, error);
-}
 
 /// Number of a frame as a place in a cache that starts at another frame.
 Index sample_of(const io::PointCacheHeader& header, int frame) {
@@ -57,9 +52,7 @@ void FrameWriter::keep_until(int frame) {
   else if (is_there(animation))
     throw SceneError(spool.string(), "--resume", "no such file",
                      "the spool beside animation.glb, from which the run goes on");
-  std::error_code error;
-  fs::remove(animation, error);
-  if (error) throw SceneError(animation.string() + ": cannot remove: " + error.message());
+  remove_file(animation);
 }
 
 /// Makes a spool of the animation that a complete run left.
@@ -93,9 +86,7 @@ void FrameWriter::import_animation(int last_frame) {
     }
     writer.sync();
   }
-  std::error_code error;
-  fs::rename(unfinished, spool, error);
-  if (error) throw SceneError(spool.string() + ": cannot write: " + error.message());
+  rename_file(unfinished, spool);
   spool_ = std::make_unique<io::SpoolWriter>(spool, last_frame);
 }
 
@@ -215,10 +206,7 @@ void FrameWriter::finish(bool complete) {
   // weft itself reads the spool of a .glb.
   if (!complete || scene_.output.format != FrameFormat::usda) return;
   spool_.reset();
-  const fs::path spool = directory_.spool(FrameFormat::usda);
-  std::error_code error;
-  fs::remove(spool, error);
-  if (error) throw SceneError(spool.string() + ": cannot remove: " + error.message());
+  remove_file(directory_.spool(FrameFormat::usda));
 }
 
 }  // namespace weft::app

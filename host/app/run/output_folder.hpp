@@ -10,4 +10,8 @@ namespace weft::app {
 /// @param asked empty: nothing was named
 std::filesystem::path output_folder(const std::string& asked, const std::string& scene_name);
 
+/// Makes a folder where it is missing.
+/// @throws SceneError naming it if that fails
+void make_output_folder(const std::filesystem::path& path);
+
 }  // namespace weft::app

@@ -9,7 +9,9 @@
 #include <system_error>
 #include <utility>
 
+#include "host/app/run/output_folder.hpp"
 #include "host/base/atomic_file.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/time_parallel/material_frame.hpp"
 #include "weft/error.hpp"
 
@@ -52,28 +54,6 @@ bool is_of_run(const fs::path& path) {
                       &checkpoint_name, &single_name,    &method_name};
   return std::any_of(names.begin(), names.end(),
                      [&](const std::regex* name) { return matches(path, *name); });
-}
-
-std::vector<fs::path> files_in(const fs::path& directory) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(directory, error))
-    if (!entry.is_directory(error)) files.push_back(entry.path());
-  return files;
-}
-
-void remove_file(const fs::path& path) {
-  std::error_code error;
-  fs::remove(path, error);
-  if (error) throw SceneError(path.string() + ": cannot remove: " + error.message());
-}
-
-void make_directory(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error || !fs::is_directory(path, error))
-    throw SceneError(path.string(), "-o", error ? error.message() : "no directory",
-                     "a directory that can be made and written");
 }
 
 /// Whether all triangles of one group are of one part, too.
@@ -179,7 +159,7 @@ std::vector<fs::path> RunDirectory::caches() const {
 }
 
 void RunDirectory::create() const {
-  make_directory(frames());
+  make_output_folder(frames());
 }
 
 bool RunDirectory::holds_run() const {
@@ -253,10 +233,8 @@ void RunDirectory::clear_after(int frame, const fs::path& keep) const {
 
 std::vector<fs::path> RunDirectory::checkpoints() const {
   std::vector<std::pair<int, fs::path>> found;
-  std::error_code error;
   for (const auto& file : files_in(path_))
-    if (const auto number = number_of(file, checkpoint_name);
-        number && fs::is_regular_file(file, error))
+    if (const auto number = number_of(file, checkpoint_name); number && is_file(file))
       found.emplace_back(*number, file);
   std::sort(found.rbegin(), found.rend());
   std::vector<fs::path> files;
@@ -293,15 +271,14 @@ void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, in
 
 std::optional<Mesh> RunDirectory::read_displaced(int number) const {
   const fs::path file = displaced(number);
-  std::error_code error;
-  if (!fs::exists(file, error)) return std::nullopt;
+  if (!is_there(file)) return std::nullopt;
   return io::read_mesh(file, io::Uv::ignore);
 }
 
 void RunDirectory::write_displaced(const FrameMeshes& meshes, int number) const {
   const fs::path file = displaced(number);
   if (meshes.displaced.empty()) return remove_file(file);
-  make_directory(displaced());
+  make_output_folder(displaced());
   io::write_obj(file, io::in_world(meshes).displaced, io::Normals::vertex);
 }
 

@@ -8,16 +8,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <string>
-#include <system_error>
 
+#include "host/base/file_operations.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
 namespace {
-
-[[noreturn]] void fail(const std::filesystem::path& file, int code) {
-  throw SceneError(file.string() + ": cannot lock: " + std::generic_category().message(code));
-}
 
 /// What the holder of the lock has written there: its process number.
 std::string holder(int descriptor) {
@@ -36,7 +32,7 @@ RunLock::RunLock(const std::filesystem::path& directory) {
   const std::filesystem::path file = directory / file_name;
   // A link or a pipe of that name is nothing that a run has made.
   descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
-  if (descriptor_ < 0) fail(file, errno);
+  if (descriptor_ < 0) fail_on(file, "lock");
   struct stat status = {};
   int code = 0;
   if (::fstat(descriptor_, &status) != 0)
@@ -55,7 +51,7 @@ RunLock::RunLock(const std::filesystem::path& directory) {
   }
   const std::string other = holder(descriptor_);
   ::close(descriptor_);
-  if (code != EWOULDBLOCK) fail(file, code);
+  if (code != EWOULDBLOCK) fail_on(file, "lock", code);
   throw SceneError(directory.string(), "-o",
                    "a directory that another run is writing to" +
                        (other.empty() ? std::string() : ", process " + other + ","),

@@ -5,8 +5,8 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <system_error>
 
+#include "host/base/file_operations.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -14,8 +14,7 @@ namespace weft::app {
 namespace fs = std::filesystem;
 
 std::unique_ptr<RunLock> lock_existing(const RunDirectory& directory, const RunRequest& request) {
-  std::error_code error;
-  if (!fs::is_directory(directory.path(), error)) return nullptr;
+  if (!is_folder(directory.path())) return nullptr;
   auto lock = std::make_unique<RunLock>(directory.path());
   if (request.resume.empty() && !request.overwrite) directory.refuse_run();
   directory.refuse_links();
@@ -24,14 +23,13 @@ std::unique_ptr<RunLock> lock_existing(const RunDirectory& directory, const RunR
 
 void refuse_unwritable(const std::string& file, const std::string& option) {
   if (file.empty()) return;
-  std::error_code error;
   const fs::path path(file);
   const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
   const char* reason = nullptr;
-  if (fs::is_directory(path, error))
+  if (is_folder(path))
     reason = "a directory";
-  else if (fs::exists(path, error) ? ::access(path.c_str(), W_OK) != 0
-                                   : ::access(parent.c_str(), W_OK | X_OK) != 0)
+  else if (is_there(path) ? ::access(path.c_str(), W_OK) != 0
+                          : ::access(parent.c_str(), W_OK | X_OK) != 0)
     reason = std::strerror(errno);
   if (reason != nullptr)
     throw SceneError("", option, file + " (" + reason + ")", "a file that can be written");

@@ -3,16 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/app/run/energy_balance.hpp"
 #include "host/app/run/run_report.hpp"
 
 namespace weft::app {
-namespace {
-
-double total(const Energy& e) {
-  return e.kinetic + e.elastic + e.gravitational;
-}
-
-}  // namespace
 
 void RunTotals::Automatic::add(const StepReport& r) {
   if (!r.step_error) return;

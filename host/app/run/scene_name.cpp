@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "host/base/file_operations.hpp"
 #include "host/io/json/json_fields.hpp"
 #include "weft/error.hpp"
 
@@ -17,8 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_scene_file(const fs::path& path) {
-  std::error_code error;
-  return fs::exists(path, error) && !fs::is_directory(path, error);
+  return is_there(path) && !is_folder(path);
 }
 
 /// Beside the installed program, or else those of the sources; empty: neither is there.
@@ -33,12 +33,9 @@ fs::path shipped_folder() {
 
 std::vector<std::string> shipped_names(const fs::path& folder) {
   std::vector<std::string> names;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    const fs::path& file = entry.path();
+  for (const fs::path& file : files_in(folder))
     if (file.extension() == ".json" && file.stem().extension() != ".schema")
       names.push_back(file.stem().string());
-  }
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -48,7 +45,6 @@ std::vector<std::string> shipped_names(const fs::path& folder) {
 std::string find_scene(const std::string& given) {
   if (is_scene_file(given)) return given;
   if (const std::string file = given + ".json"; is_scene_file(file)) return file;
-  std::error_code error;
   const bool bare = given.find('/') == std::string::npos && !given.empty();
   const fs::path shipped = shipped_folder();
   std::string name = given;
@@ -59,7 +55,7 @@ std::string find_scene(const std::string& given) {
   const std::string what =
       nlohmann::json(given).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
   std::string looked_for = "no file of that name";
-  if (fs::is_directory(given, error)) looked_for = "a folder";
+  if (is_folder(given)) looked_for = "a folder";
   if (!given.ends_with(".json")) looked_for += ", nor with .json";
   if (bare && !shipped.empty()) looked_for += ", nor in " + shipped.string();
   std::vector<std::string> names = shipped_names(shipped);

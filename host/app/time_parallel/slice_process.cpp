@@ -16,6 +16,7 @@
 #include <system_error>
 #include <vector>
 
+#include "host/app/process/child.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/app/time_parallel/slice_protocol.hpp"
 #include "host/io/scene/scene_file.hpp"
@@ -67,9 +68,7 @@ class Child : public SliceWorkerLink {
                                    device};
     const std::vector<std::string> allowed = allow_path_words(folders);
     words.insert(words.end(), allowed.begin(), allowed.end());
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
+    std::vector<char*> arguments = argument_list(words);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, to_.read_end(), 0);

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include "host/base/atomic_file.hpp"
+#include "host/base/bytes.hpp"
 #include "host/base/file_bytes.hpp"
 #include "weft/error.hpp"
 
@@ -18,71 +17,6 @@ namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Meshes = std::vector<std::vector<Vec3<double>>>;
-
-void put(std::string& bytes, const void* data, std::size_t size) {
-  bytes.append(static_cast<const char*>(data), size);
-}
-
-template <class T>
-void put(std::string& bytes, const std::vector<T>& values) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  const std::uint64_t size = values.size();
-  put(bytes, &size, sizeof size);
-  put(bytes, values.data(), values.size() * sizeof(T));
-}
-
-void put(std::string& bytes, const Meshes& meshes) {
-  const std::uint64_t count = meshes.size();
-  put(bytes, &count, sizeof count);
-  for (const auto& points : meshes) put(bytes, points);
-}
-
-/// Of the cloths, where a frame may have others than the next.
-void put_meshes(std::string& bytes, const Scene& scene) {
-  const std::uint64_t count = remeshes(scene) ? scene.cloths.size() : 0;
-  put(bytes, &count, sizeof count);
-  for (std::uint64_t c = 0; c < count; ++c) {
-    const Mesh& mesh = scene.cloths[c].mesh;
-    put(bytes, mesh.material);
-    put(bytes, mesh.triangles);
-    put(bytes, mesh.material_triangles);
-  }
-}
-
-class Taker {
- public:
-  explicit Taker(const fs::path& file) : file_(file.string()), bytes_(bytes_if_readable(file)) {}
-  void take(void* to, std::size_t size) {
-    if (size > bytes_.size() - at_) refuse();
-    if (size == 0) return;  // nor need there be anywhere to copy to
-    std::memcpy(to, bytes_.data() + at_, size);
-    at_ += size;
-  }
-  template <class T>
-  void take(std::vector<T>& values) {
-    std::uint64_t size = 0;
-    take(&size, sizeof size);
-    if (size > (bytes_.size() - at_) / sizeof(T)) refuse();
-    values.resize(size);
-    take(values.data(), size * sizeof(T));
-  }
-  void take(Meshes& meshes) {
-    std::uint64_t count = 0;
-    take(&count, sizeof count);
-    for (std::uint64_t i = 0; i < count; ++i) take(meshes.emplace_back());
-  }
-
-  bool at_end() const { return at_ == bytes_.size(); }
-  [[noreturn]] void refuse() const {
-    throw SceneError(file_, "frame", "damaged", "what the run wrote; run it without --resume");
-  }
-
- private:
-  std::string file_;
-  std::string bytes_;
-  std::size_t at_ = 0;
-};
 
 bool all_below(const std::vector<Tri>& triangles, std::size_t count) {
   return std::all_of(triangles.begin(), triangles.end(), [count](const Tri& t) {
@@ -134,14 +68,22 @@ void DiskSink::step(int slice, const StepReport& report, const std::optional<Ene
 }
 
 void DiskSink::frame(int slice, const Scene& scene, const Frame& frame) {
-  std::string bytes;
-  put(bytes, &frame.number, sizeof frame.number);
-  put(bytes, &frame.time, sizeof frame.time);
-  put(bytes, frame.cloth_positions);
-  put(bytes, frame.obstacle_positions);
-  put(bytes, frame.displaced_obstacle_positions);
-  put_meshes(bytes, scene);
-  write_file_atomically(frame_file(run_, frame.number), bytes, Durability::none);
+  Packer packer;
+  packer.put(frame.number);
+  packer.put(frame.time);
+  packer.put(frame.cloth_positions);
+  packer.put(frame.obstacle_positions);
+  packer.put(frame.displaced_obstacle_positions);
+  // Where a frame may have others than the next.
+  const std::uint64_t meshes = remeshes(scene) ? scene.cloths.size() : 0;
+  packer.put(meshes);
+  for (std::uint64_t c = 0; c < meshes; ++c) {
+    const Mesh& mesh = scene.cloths[c].mesh;
+    packer.put(mesh.material);
+    packer.put(mesh.triangles);
+    packer.put(mesh.material_triangles);
+  }
+  write_file_atomically(frame_file(run_, frame.number), packer.bytes, Durability::none);
   log(slice).flush();
   if (frame_) frame_();
 }
@@ -156,26 +98,27 @@ ClothMeshes KeptFrame::cloth_meshes_in(const Scene& scene) const {
 }
 
 KeptFrame read_kept_frame(const fs::path& file) {
-  Taker in(file);
+  const std::string bytes = bytes_if_readable(file);
+  Unpacker in(bytes, file.string(), "frame", "what the run wrote; run it without --resume");
   KeptFrame kept;
   Frame& frame = kept.frame;
-  in.take(&frame.number, sizeof frame.number);
-  in.take(&frame.time, sizeof frame.time);
-  in.take(frame.cloth_positions);
-  in.take(frame.obstacle_positions);
-  in.take(frame.displaced_obstacle_positions);
+  in.get(frame.number);
+  in.get(frame.time);
+  in.get(frame.cloth_positions);
+  in.get(frame.obstacle_positions);
+  in.get(frame.displaced_obstacle_positions);
   std::uint64_t count = 0;
-  in.take(&count, sizeof count);
-  if (count != 0 && count != frame.cloth_positions.size()) in.refuse();
+  in.get(count);
+  if (count != 0 && count != frame.cloth_positions.size()) in.refuse("damaged");
   for (std::uint64_t c = 0; c < count; ++c) {
     Mesh& mesh = kept.meshes.emplace_back();
     mesh.positions = frame.cloth_positions[c];
-    in.take(mesh.material);
-    in.take(mesh.triangles);
-    in.take(mesh.material_triangles);
-    if (!whole(mesh)) in.refuse();
+    in.get(mesh.material);
+    in.get(mesh.triangles);
+    in.get(mesh.material_triangles);
+    if (!whole(mesh)) in.refuse("damaged");
   }
-  if (!in.at_end()) in.refuse();
+  in.end();
   return kept;
 }
 

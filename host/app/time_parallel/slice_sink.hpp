@@ -7,7 +7,7 @@
 #include <mutex>
 #include <vector>
 
-#include "host/app/run/run_report.hpp"
+#include "host/app/run/step_log.hpp"
 #include "host/time_parallel/material_frame.hpp"
 #include "host/time_parallel/slice_run.hpp"
 

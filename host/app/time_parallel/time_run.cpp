@@ -6,10 +6,8 @@
 #include <cstdio>
 #include <functional>
 #include <limits>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -22,17 +20,18 @@
 #include "host/app/run/run_end.hpp"
 #include "host/app/run/run_output.hpp"
 #include "host/app/run/run_report.hpp"
+#include "host/app/time_parallel/ordered_frames.hpp"
+#include "host/app/time_parallel/schedule_file.hpp"
+#include "host/app/time_parallel/slice_devices.hpp"
 #include "host/app/time_parallel/slice_process.hpp"
 #include "host/app/time_parallel/slice_ranks.hpp"
 #include "host/app/time_parallel/slice_sink.hpp"
 #include "host/app/time_parallel/time_report.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
-#include "host/exec/device_text.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/origin.hpp"
 #include "host/time_parallel/boundary_states.hpp"
-#include "host/time_parallel/gpu_pool.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/error.hpp"
 
@@ -41,93 +40,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-/// Writes kept frames in the scene's format, in order, as soon as there are all before.
-class OrderedFrames {
- public:
-  OrderedFrames(const RunDirectory& directory, const Scene& scene, fs::path run)
-      : scene_(scene), run_(std::move(run)), writer_(directory, scene) {}
-
-  /// @param change what is done to a frame before it is written
-  void go_on(const std::function<Frame(Frame)>& change = {}) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::error_code error;
-    while (fs::exists(DiskSink::frame_file(run_, next_), error)) {
-      KeptFrame kept = read_kept_frame(DiskSink::frame_file(run_, next_));
-      kept.frame.origin = origin_of(scene_);
-      if (change) kept.frame = change(std::move(kept.frame));
-      writer_.write(frame_meshes(scene_, kept.frame, kept.cloth_meshes_in(scene_)), next_++);
-    }
-  }
-  void finish(bool complete) { writer_.finish(complete); }
-  int count() const { return next_; }
-
- private:
-  const Scene& scene_;
-  fs::path run_;
-  FrameWriter writer_;
-  std::mutex mutex_;
-  int next_ = 0;
-};
-
-/// @param whole whether all slices have to be decided
-std::vector<std::int64_t> read_schedule(const fs::path& file, std::int64_t steps, bool whole) {
-  const auto refuse = [&](const std::string& field, const std::string& value,
-                          const std::string& allowed) {
-    throw SceneError(file.string(), field, value, allowed);
-  };
-  std::vector<std::int64_t> starts;
-  try {
-    const Json json = Json::parse(bytes_if_readable(file));
-    const auto of = json.at("steps").get<std::int64_t>();
-    if (of != steps)
-      refuse("steps", std::to_string(of), "the " + std::to_string(steps) + " steps of this run");
-    starts = json.at("starts").get<std::vector<std::int64_t>>();
-    if (whole && !json.at("complete").get<bool>())
-      refuse("complete", "false", "the partition of a run whose slices were all decided");
-  } catch (const Json::exception& error) {
-    refuse("partition", error.what(), "what a run wrote as partition.json");
-  }
-  if (starts.empty()) refuse("starts", "none", "at least one");
-  return starts;
-}
-
-/// What `--device` says of the slices: each has ranks of its own, or a GPU.
-class SliceDevices {
- public:
-  explicit SliceDevices(const std::string& asked) : asked_(asked) {
-    if (asked == "auto" || asked == "cpu") asked_ = "cpu:1";
-    const DeviceSet devices = parse_devices(asked_);
-    cuda_ = devices.backend() == Backend::cuda;
-    count_ = devices.size();
-    if (!cuda_) return;
-    std::vector<int> gpus = read_device_text(asked_).gpus;
-    gpu_count_ = static_cast<int>(gpus.size());
-    gpus_.emplace(std::move(gpus));
-  }
-
-  /// Calls work with the devices of one slice, as text for parse_devices(), that are its while it
-  /// lasts.
-  SliceOutcome with_some(const std::function<SliceOutcome(const std::string& device)>& work) {
-    if (!cuda_) return work(asked_);
-    const GpuPool::Lease lease(*gpus_);
-    return work(fmt::format("cuda:{}", lease.gpu()));
-  }
-  /// One a core, or one a GPU and one for the coarse run.
-  int usual_workers() const {
-    if (cuda_) return gpu_count_ + 1;
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / count_);
-  }
-  const std::string& text() const { return asked_; }
-  bool cuda() const { return cuda_; }
-
- private:
-  std::string asked_;
-  bool cuda_ = false;
-  int count_ = 1;
-  int gpu_count_ = 0;
-  std::optional<GpuPool> gpus_;
-};
 
 std::int64_t steps_of(const Scene& scene) {
   return std::int64_t{frame_steps(scene.time)} * scene.time.frames;
@@ -171,6 +83,7 @@ class TimeRun {
   const char* worker_kind() const {
     return ranks_ != nullptr ? "rank" : request_.processes ? "process" : "thread";
   }
+  fs::path schedule_file() const { return directory_.path() / "partition.json"; }
   Scene with_slices(Scene scene) const;
   std::unique_ptr<RunLock> lock_unless_unfinished() const;
   void begin();
@@ -210,23 +123,17 @@ int TimeRun::usual_workers(std::int64_t steps) const {
 /// Whether the directory holds a run of the same scene that was cut off. A rank that is lost takes
 /// the others with it; the same command then goes on with what they have left.
 bool TimeRun::left_unfinished() const {
-  std::error_code error;
-  if (!fs::exists(directory_.path() / "partition.json", error) ||
-      !fs::exists(directory_.scene(), error) ||
+  if (!ScheduleFile::read(schedule_file()) || !is_there(directory_.scene()) ||
       bytes_if_readable(directory_.scene()) != resolved_.dump(2) + "\n")
     return false;
-  const Json schedule =
-      Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
-  if (!schedule.is_object()) return false;
-  if (!fs::exists(directory_.report(), error)) return true;
+  if (!is_there(directory_.report())) return true;
   const Json report = Json::parse(bytes_if_readable(directory_.report()), nullptr, false);
   return report.is_discarded() || report.contains("failure");
 }
 
 /// A run that was cut off, which the same command continues, is no other run.
 std::unique_ptr<RunLock> TimeRun::lock_unless_unfinished() const {
-  std::error_code error;
-  if (ranks_ != nullptr && fs::is_directory(directory_.path(), error) && left_unfinished())
+  if (ranks_ != nullptr && is_folder(directory_.path()) && left_unfinished())
     return std::make_unique<RunLock>(directory_.path());
   return lock_existing(directory_, request_);
 }
@@ -238,39 +145,31 @@ std::vector<std::int64_t> TimeRun::given_starts(const Scene& scene) const {
                      "latest, with the method \"time_parallel\": it is the directory that is gone "
                      "on with");
   if (request_.schedule.empty()) return {};
-  return read_schedule(request_.schedule, steps_of(scene), true);
+  return ScheduleFile::read_whole(request_.schedule, steps_of(scene)).starts;
 }
 
 /// A given partition says how many slices there are, and so does the run that is resumed.
 Scene TimeRun::with_slices(Scene scene) const {
   if (!starts_.empty()) scene.time_parallel.slices = static_cast<int>(starts_.size());
   if (!resuming_ || scene.time_parallel.slices > 0) return scene;
-  try {
-    const Json json = Json::parse(bytes_if_readable(directory_.path() / "partition.json"));
-    scene.time_parallel.slices = json.at("slices").get<int>();
-  } catch (const Json::exception&) {
+  const std::optional<ScheduleFile> known = ScheduleFile::read(schedule_file());
+  if (!known)
     throw SceneError(directory_.path().string(), "--resume", "latest",
                      "a directory that the method \"time_parallel\" has written; it has no "
                      "partition.json, so run without --resume");
-  }
+  scene.time_parallel.slices = known->slices;
   return scene;
 }
 
 /// What a resumed run has not yet followed stays: it may be stopped before it has.
 void TimeRun::write_schedule(const std::vector<std::int64_t>& starts) const {
-  if (resuming_) {
-    const Json json =
-        Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
-    const auto known = json.is_object() ? json.value("starts", std::vector<std::int64_t>{})
-                                        : std::vector<std::int64_t>{};
-    if (starts.size() < known.size() && std::equal(starts.begin(), starts.end(), known.begin()))
+  const ScheduleFile schedule{scene_.steps(), scene_.slices(),
+                              static_cast<int>(starts.size()) == scene_.slices(), starts};
+  if (resuming_)
+    if (const auto known = ScheduleFile::read(schedule_file());
+        known && starts.size() < known->starts.size() && schedule.begins(known->starts))
       return;
-  }
-  const Json json{{"steps", scene_.steps()},
-                  {"slices", scene_.slices()},
-                  {"complete", static_cast<int>(starts.size()) == scene_.slices()},
-                  {"starts", starts}};
-  write_file_atomically(directory_.path() / "partition.json", json.dump(2) + "\n");
+  schedule.write(schedule_file());
 }
 
 /// Slices that are there are parts of one run: nothing that they depend on may change.
@@ -301,11 +200,8 @@ void TimeRun::refuse_other_scene() const {
 /// Slices that are there begin where the run that is gone on with has begun them.
 void TimeRun::refuse_other_schedule() const {
   if (starts_.empty()) return;
-  const Json json =
-      Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
-  if (!json.is_object()) return;
-  const auto begun = json.value("starts", std::vector<std::int64_t>{});
-  if (begun.size() > starts_.size() || !std::equal(begun.begin(), begun.end(), starts_.begin()))
+  const std::optional<ScheduleFile> begun = ScheduleFile::read(schedule_file());
+  if (begun && !begun->begins(starts_))
     throw SceneError(directory_.path().string(), "--partition", request_.schedule,
                      "the partition that the run in this directory was begun with");
 }
@@ -321,7 +217,7 @@ void TimeRun::begin() {
   if (!resuming_) {
     if (!request_.overwrite) directory_.refuse_run();
     fs::remove_all(run_);
-    fs::remove(directory_.path() / "partition.json");
+    fs::remove(schedule_file());
   }
   directory_.clear();  // all that a run writes is made again from what slices keep
   write_file_atomically(directory_.scene(), text);

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "host/app/run/run_report.hpp"
+#include "host/app/run/step_log.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "weft/scene.hpp"
 

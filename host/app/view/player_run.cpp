@@ -72,9 +72,9 @@ std::vector<float> distances(const std::vector<Vec3<double>>& a,
   return list;
 }
 
-Json json_of(const PositionBox& box) {
+Json json_of(const Aabb& box) {
   if (box.empty()) return nullptr;
-  return {{box.low[0], box.low[1], box.low[2]}, {box.high[0], box.high[1], box.high[2]}};
+  return {{box.lo[0], box.lo[1], box.lo[2]}, {box.hi[0], box.hi[1], box.hi[2]}};
 }
 
 }  // namespace
@@ -102,12 +102,12 @@ void PlayerRun::add(const PlayerFrame& frame) {
   const std::vector<Vec3<double>> prescribed = all_positions(meshes.obstacles);
   const std::vector<Vec3<double>> cloth_places = all_positions(meshes.cloths);
   const bool own_boxes = ranges_.cloths.empty() && ranges_.obstacles.empty();
-  PositionBox cloth_box = ranges_.cloths, obstacle_box = ranges_.obstacles;
+  Aabb cloth_box = ranges_.cloths, obstacle_box = ranges_.obstacles;
   if (own_boxes) {
-    cloth_box.add(cloth_places);
-    obstacle_box.add(prescribed);
-    cloths_.add(cloth_places);
-    obstacles_.add(prescribed);
+    cloth_box.include(aabb_of(cloth_places));
+    obstacle_box.include(aabb_of(prescribed));
+    cloths_.include(aabb_of(cloth_places));
+    obstacles_.include(aabb_of(prescribed));
   }
   std::string cloth, obstacle, strain, contact, displaced, compliance, pins;
   append_positions(cloth, cloth_places, cloth_box);
@@ -138,12 +138,12 @@ void PlayerRun::add(const PlayerFrame& frame) {
 }
 
 Json PlayerRun::json() const {
-  const PositionBox& cloths = ranges_.cloths.empty() ? cloths_ : ranges_.cloths;
-  const PositionBox& obstacles = ranges_.obstacles.empty() ? obstacles_ : ranges_.obstacles;
+  const Aabb& cloths = ranges_.cloths.empty() ? cloths_ : ranges_.cloths;
+  const Aabb& obstacles = ranges_.obstacles.empty() ? obstacles_ : ranges_.obstacles;
   return {{"facts", facts_},
           {"cloth_box", json_of(cloths)},
           {"obstacle_box", json_of(obstacles)},
-          {"position_error", std::max(cloths.error(), obstacles.error())},
+          {"position_error", std::max(largest_error(cloths), largest_error(obstacles))},
           {"scales",
            {{"strain", ranges_.strain},
             {"contact", ranges_.contact},

@@ -16,7 +16,7 @@ namespace weft::app {
 struct PlayerRanges {
   /// Over all frames, displaced obstacles included. Both empty, as in a run that still goes on:
   /// each frame has boxes of its own.
-  PositionBox cloths, obstacles;
+  Aabb cloths, obstacles;
   double strain = 0;      ///< 0: no frame has material coordinates
   double contact = 0;     ///< [thicknesses] 0: the thickness is not known
   double compliance = 0;  ///< [m] 0: no frame has displaced obstacles
@@ -86,7 +86,7 @@ class PlayerRun {
   int store(Kind kind, std::string bytes);
 
   PlayerRanges ranges_;
-  PositionBox cloths_, obstacles_;  ///< of all frames so far, if the ranges do not say
+  Aabb cloths_, obstacles_;  ///< of all frames so far, if the ranges do not say
   nlohmann::ordered_json facts_;
   nlohmann::ordered_json topologies_ = nlohmann::ordered_json::array();
   nlohmann::ordered_json frames_ = nlohmann::ordered_json::array();

@@ -16,26 +16,16 @@ int step_of(double value, double low, double high, int steps) {
 
 }  // namespace
 
-void PositionBox::add(const std::vector<Vec3<double>>& positions) {
-  for (const Vec3<double>& p : positions)
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-}
-
-double PositionBox::error() const {
-  if (empty()) return 0;
-  const Vec3<double> size = high - low;
-  return std::max({size[0], size[1], size[2]}) / position_steps / 2;
+double largest_error(const Aabb& box) {
+  return box.longest_side() / position_steps / 2;
 }
 
 void append_positions(std::string& bytes, const std::vector<Vec3<double>>& positions,
-                      const PositionBox& box) {
+                      const Aabb& box) {
   bytes.reserve(bytes.size() + 6 * positions.size());
   for (const Vec3<double>& p : positions)
     for (int k = 0; k < 3; ++k) {
-      const int step = step_of(p[k], box.low[k], box.high[k], position_steps);
+      const int step = step_of(p[k], box.lo[k], box.hi[k], position_steps);
       bytes += static_cast<char>(step & 0xff);
       bytes += static_cast<char>(step >> 8);
     }

@@ -1,35 +1,25 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "weft/core/vec.hpp"
+#include "host/geometry/aabb.hpp"
 
 /// Numbers as the few bytes that a page holds them in.
 namespace weft::app {
 
-/// Box that positions are stored relative to. [m]
-struct PositionBox {
-  Vec3<double> low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
-                   std::numeric_limits<double>::infinity()};
-  Vec3<double> high = -low;
-
-  bool empty() const { return !(low[0] <= high[0]); }
-  void add(const std::vector<Vec3<double>>& positions);
-  /// [m] The largest by which a stored coordinate differs from the true one.
-  double error() const;
-};
-
-/// Number of steps that a side of the box has.
+/// Number of steps that a side of the box has that positions are stored relative to.
 inline constexpr int position_steps = 65535;
+
+/// [m] The largest by which a stored coordinate differs from the true one.
+double largest_error(const Aabb& box);
 
 /// Appends 16 bits per coordinate, little endian: the nearest of the box's steps. Positions outside
 /// of the box go to its surface.
 void append_positions(std::string& bytes, const std::vector<Vec3<double>>& positions,
-                      const PositionBox& box);
+                      const Aabb& box);
 
 /// A stored coordinate; the page computes the same.
 inline double stored_coordinate(std::uint16_t step, double low, double high) {

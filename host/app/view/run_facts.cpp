@@ -5,7 +5,6 @@
 #include <string>
 
 #include "host/app/run/run_directory.hpp"
-#include "host/app/run/run_report.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/input/safe_text.hpp"
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "host/app/run/run_report.hpp"
+#include "host/app/run/step_log.hpp"
 
 namespace weft::app {
 

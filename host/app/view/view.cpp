@@ -25,6 +25,7 @@
 #include "host/app/view/player_run.hpp"
 #include "host/app/view/run_facts.hpp"
 #include "host/base/atomic_file.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/render/picture_values.hpp"
@@ -84,9 +85,11 @@ class ShownRun {
     if (scene() != nullptr) ranges.contact = contact_reach;
     for (const std::size_t place : places_) {
       const PlayerFrame frame = read(place);
-      for (const auto& cloth : frame.meshes.cloths) ranges.cloths.add(cloth.mesh.positions);
-      for (const auto& body : frame.meshes.obstacles) ranges.obstacles.add(body.mesh.positions);
-      ranges.obstacles.add(frame.displaced);
+      for (const auto& cloth : frame.meshes.cloths)
+        ranges.cloths.include(aabb_of(cloth.mesh.positions));
+      for (const auto& body : frame.meshes.obstacles)
+        ranges.obstacles.include(aabb_of(body.mesh.positions));
+      ranges.obstacles.include(aabb_of(frame.displaced));
       const io::CornerValues strain = io::strain_values(frame.meshes.cloths);
       if (extent_of(strain))
         ranges.strain = std::max(ranges.strain, std::max(torn_triangles_apart(strain), 1e-3));
@@ -120,8 +123,7 @@ class ShownRun {
     frame.time = frame.number / sequence_->frame_rate();
     frame.meshes = parted(io::in_world(sequence_->read(place)), scene());
     if (scene() != nullptr) frame.pins = pin_distances(*scene(), frame.meshes.cloths, frame.time);
-    std::error_code error;
-    if (!fs::is_directory(input_, error)) return frame;
+    if (!is_folder(input_)) return frame;
     const RunDirectory directory(input_);
     const std::optional<Mesh> displaced = directory.read_displaced(frame.number);
     if (!displaced) return frame;
@@ -177,11 +179,9 @@ fs::path output_of(const Request& request) {
       throw SceneError("", "-o", request.output, "a file name that ends in .html");
     return request.output;
   }
-  std::error_code error;
-  const fs::path file = fs::is_directory(request.input, error)
-                            ? fs::path(request.input) / "view.html"
-                            : fs::path("view.html");
+  const fs::path file = fs::path(is_folder(request.input) ? request.input : "") / "view.html";
   // A stranger's run may hold a link, through which the page would replace another file.
+  std::error_code error;
   if (fs::is_symlink(file, error))
     throw SceneError(file.string(), "-o", "a link", "a file; -o FILE.html names another one");
   return file;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "host/exec/host_device.hpp"
+#include "host/geometry/aabb.hpp"
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/model/springs.hpp"
 #include "host/scene/frame_steps.hpp"
@@ -27,15 +28,10 @@ constexpr double reach_thicknesses = 2;
 template <class T>
 void look_at(const Tri& t, Span<const Vec3<T>> x0, Span<const Vec3<T>> x1, const RestBoxes& boxes,
              std::vector<unsigned char>& near) {
-  Vec3<double> low = vec_cast<double>(x0[at(t.v[0])]), high = low;
+  Aabb box;
   for (const Index v : t.v)
-    for (const Span<const Vec3<T>>& x : {x0, x1})
-      for (int c = 0; c < 3; ++c) {
-        const double value = static_cast<double>(x[at(v)][c]);
-        low[c] = std::min(low[c], value);
-        high[c] = std::max(high[c], value);
-      }
-  boxes.mark(low, high, near);
+    for (const Span<const Vec3<T>>& x : {x0, x1}) box.include(vec_cast<double>(x[at(v)]));
+  boxes.mark(box.lo, box.hi, near);
 }
 
 /// Marks what any triangle may come near that `awake(t)` says of cloth, and that moves of

@@ -6,6 +6,7 @@
 
 #include "host/base/file_bytes.hpp"
 #include "host/base/lower_case.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "weft/error.hpp"
 
@@ -22,10 +23,7 @@ bool is_space(char c) {
 
 /// As one line of printable characters.
 std::string shown(std::string_view token) {
-  std::string text(token.substr(0, max_shown));
-  for (char& c : text)
-    if (c < ' ' || c > '~') c = '?';
-  return token.empty() ? "end of file" : "\"" + text + "\"";
+  return token.empty() ? "end of file" : quoted_start(token, max_shown);
 }
 
 /// Words of the file; a brace is a word of its own, and a colon parts words like a space.

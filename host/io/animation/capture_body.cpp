@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/base/lower_case.hpp"
+#include "host/geometry/aabb.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
 
@@ -45,15 +46,7 @@ std::vector<Vec3<double>> joints_at_rest(const Capture& capture) {
 
 /// Sides of the box around the skeleton at rest.
 Vec3<double> size_at_rest(const Capture& capture) {
-  const std::vector<Vec3<double>> at = joints_at_rest(capture);
-  Vec3<double> low = at.front();
-  Vec3<double> high = low;
-  for (const Vec3<double>& x : at)
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], x[k]);
-      high[k] = std::max(high[k], x[k]);
-    }
-  return high - low;
+  return aabb_of(joints_at_rest(capture)).size();
 }
 
 Vec3<double> translation_in(const Capture& capture, const CaptureJoint& joint, std::size_t frame) {

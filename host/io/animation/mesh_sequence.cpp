@@ -7,10 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
-#include <system_error>
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/mesh/pc2_file.hpp"
 #include "host/io/spool/frame_spool.hpp"
 #include "host/io/usd/usd_file.hpp"
@@ -23,29 +24,10 @@ namespace fs = std::filesystem;
 
 constexpr int max_frame = 999'999'999;
 
-/// As one short line of printable characters.
-std::string shown(const std::string& text) {
-  std::string result = text.substr(0, 60);
-  for (char& c : result)
-    if (c < ' ' || c > '~') c = '?';
-  return result;
-}
-
-/// Regular files of a directory, sorted.
-std::vector<fs::path> files_in(const fs::path& directory) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(directory, error))
-    if (!entry.is_directory(error)) files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
 /// Frames a second of a run, if its scene.json says.
 std::optional<double> frame_rate_of(const fs::path& run) {
   const fs::path file = run / "scene.json";
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) return {};
+  if (!is_file(file)) return {};
   const auto scene = nlohmann::json::parse(read_file_bytes(file), nullptr, false);
   if (!scene.is_object() || !scene.contains("time") || !scene["time"].is_object()) return {};
   const auto& time = scene["time"];
@@ -289,8 +271,7 @@ std::vector<CachedMeshes::Member> cached_members(const fs::path& frames) {
     if (!std::regex_match(name, match, pattern)) continue;
     CachedMeshes::Member member{file, match[2], match[1] == "obstacle", file};
     member.cache.replace_extension(".pc2");
-    std::error_code error;
-    if (member.obstacle && !fs::exists(member.cache, error)) member.cache.clear();
+    if (member.obstacle && !is_there(member.cache)) member.cache.clear();
     members.push_back(std::move(member));
   }
   return members;
@@ -298,13 +279,12 @@ std::vector<CachedMeshes::Member> cached_members(const fs::path& frames) {
 
 std::unique_ptr<MeshSequence> open_run(const fs::path& run, Uv uv,
                                        const std::vector<std::string>& allowed) {
-  std::error_code error;
-  const fs::path frames = fs::is_directory(run / "frames", error) ? run / "frames" : run;
+  const fs::path frames = is_folder(run / "frames") ? run / "frames" : run;
   const fs::path usd = frames / "animation.usda";
   // The spool first: as long as there is one it knows more than the file.
   for (const char* name : {"animation.usda.spool", "animation.glb.spool"})
-    if (fs::exists(frames / name, error)) return std::make_unique<SpooledMeshes>(frames / name, uv);
-  if (fs::exists(usd, error)) return std::make_unique<UsdMeshes>(usd, uv);
+    if (is_there(frames / name)) return std::make_unique<SpooledMeshes>(frames / name, uv);
+  if (is_there(usd)) return std::make_unique<UsdMeshes>(usd, uv);
   const auto members = cached_members(frames);
   if (!members.empty()) {
     auto sequence = std::make_unique<CachedMeshes>(frames, members, uv);
@@ -338,11 +318,10 @@ std::unique_ptr<MeshSequence> open_numbered(const fs::path& path, const Numbered
 }
 
 std::unique_ptr<MeshSequence> open_cache(const fs::path& path, Uv uv) {
-  std::error_code error;
   for (const char* extension : {".obj", ".ply"}) {
     fs::path topology = path;
     topology.replace_extension(extension);
-    if (!fs::exists(topology, error)) continue;
+    if (!is_there(topology)) continue;
     const CachedMeshes::Member member{topology, path.stem().string(), false, path};
     return std::make_unique<CachedMeshes>(path, std::vector{member}, uv);
   }
@@ -364,7 +343,7 @@ NumberedName::NumberedName(const std::string& pattern) : before_(pattern) {
     at += 2;
   }
   if (at >= pattern.size() || pattern[at] != 'd' || pattern.find('%', at) != std::string::npos)
-    throw SceneError("", "name of a sequence of files", shown(pattern),
+    throw SceneError("", "name of a sequence of files", quoted_start(pattern),
                      "one place for a number, such as %05d");
   has_place_ = true;
   before_ = pattern.substr(0, percent);
@@ -390,23 +369,20 @@ int NumberedName::number_in(const std::string& name) const {
 }
 
 fs::path still_obstacles(const fs::path& frames) {
-  std::error_code error;
   for (const char* name : {"obstacle.obj", "obstacle.ply"})
-    if (fs::is_regular_file(frames / name, error)) return frames / name;
+    if (is_file(frames / name)) return frames / name;
   return {};
 }
 
 bool has_frame_caches(const fs::path& frames) {
-  std::error_code error;
   for (const char* name : {"animation.usda", "animation.usda.spool", "animation.glb.spool"})
-    if (fs::exists(frames / name, error)) return true;
+    if (is_there(frames / name)) return true;
   return !cached_members(frames).empty();
 }
 
 std::unique_ptr<MeshSequence> open_sequence(const fs::path& path, Uv uv,
                                             const std::vector<std::string>& allowed) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) return open_run(path, uv, allowed);
+  if (is_folder(path)) return open_run(path, uv, allowed);
   const NumberedName name(path.filename().string());
   if (name.has_place()) return open_numbered(path, name, uv, allowed);
   const std::string extension = lower_extension(path);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <system_error>
 
+#include "host/base/file_operations.hpp"
 #include "host/geometry/local_origin.hpp"
 #include "host/input/quantity.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
@@ -67,8 +68,7 @@ SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice&
   SampledSurface surface;
   for (int number = choice.first; number <= last; ++number) {
     const fs::path path = pattern.parent_path() / name.with(number);
-    std::error_code error;
-    if (!choice.last && number > choice.first && !fs::exists(path, error)) break;
+    if (!choice.last && number > choice.first && !is_there(path)) break;
     folders.require(path, pattern.string(), "files");
     Mesh mesh = read_surface(path, Uv::ignore, folders);
     const auto frame = static_cast<double>(number - choice.first);
@@ -135,8 +135,7 @@ SampledSurface read_point_cache_sequence(const fs::path& mesh_path, const fs::pa
                                          const ReadableFolders& folders) {
   const Mesh mesh = read_surface(mesh_path, Uv::ignore, folders);
   const PointCache cache(points);
-  std::error_code error;
-  if (fs::exists(cache_origin_file(points), error))
+  if (is_there(cache_origin_file(points)))
     folders.require(cache_origin_file(points), points.string(), "origin");
   const Vec3<double> origin = read_cache_origin(points);
   if (!std::cmp_equal(cache.point_count(), mesh.positions.size()))

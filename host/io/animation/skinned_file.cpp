@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "host/geometry/manifold_mesh.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/mesh/assimp_import.hpp"
 #include "weft/error.hpp"
 
@@ -51,14 +52,6 @@ bool is_finite(const Affine& a) {
   for (const double x : a.linear.e)
     if (!std::isfinite(x)) return false;
   return is_finite(a.translate);
-}
-
-/// Text from the file as part of a line.
-std::string shown(std::string_view text) {
-  std::string result = "\"" + std::string(text.substr(0, 60)) + "\"";
-  for (char& c : result)
-    if (c < ' ' || c > '~') c = '?';
-  return result;
 }
 
 /// Keys of one kind in increasing time; of several at one time the last counts.
@@ -117,7 +110,7 @@ class SkinReader {
       node.parent = parent;
       node.local = affine_of(source->mTransformation);
       if (!is_finite(node.local))
-        throw SceneError(file_, "transform of node " + shown(node.name), "nan or inf",
+        throw SceneError(file_, "transform of node " + quoted_start(node.name), "nan or inf",
                          "finite numbers");
       node_of_.try_emplace(node.name, number);
       surface_.skin.nodes.push_back(std::move(node));
@@ -137,16 +130,17 @@ class SkinReader {
       if (choice.name ? *choice.name == animation.mName.C_Str()
                       : std::cmp_equal(choice.animation, a))
         return animation;
-      if (a < 10) list += (a > 0 ? ", " : "") + shown(animation.mName.C_Str());
+      if (a < 10) list += (a > 0 ? ", " : "") + quoted_start(animation.mName.C_Str());
     }
     throw SceneError(
-        file_, "animation", choice.name ? shown(*choice.name) : std::to_string(choice.animation),
+        file_, "animation",
+        choice.name ? quoted_start(*choice.name) : std::to_string(choice.animation),
         "a number from 0 to " + std::to_string(scene_.mNumAnimations - 1) + ", or a name: " + list);
   }
 
   void animate(const aiAnimation& animation) {
     if (animation.mNumMorphMeshChannels > 0 || animation.mNumMeshChannels > 0)
-      throw SceneError(file_, "animation " + shown(animation.mName.C_Str()),
+      throw SceneError(file_, "animation " + quoted_start(animation.mName.C_Str()),
                        "morph targets (shape keys)",
                        "animations of nodes and bones; export the shapes as a sequence of meshes");
     const double ticks = animation.mTicksPerSecond > 0 && std::isfinite(animation.mTicksPerSecond)
@@ -159,7 +153,7 @@ class SkinReader {
       const aiNodeAnim& channel = *animation.mChannels[c];
       const auto found = node_of_.find(channel.mNodeName.C_Str());
       if (found == node_of_.end()) {
-        warnings_.push_back(file_ + ": animation of " + shown(channel.mNodeName.C_Str()) +
+        warnings_.push_back(file_ + ": animation of " + quoted_start(channel.mNodeName.C_Str()) +
                             ", a node that is not there, left out");
         continue;
       }
@@ -178,7 +172,7 @@ class SkinReader {
   }
 
   void set_tracks(const aiNodeAnim& channel, double ticks, SkeletonNode& node) const {
-    const std::string name = shown(node.name);
+    const std::string name = quoted_start(node.name);
     node.animated = true;
     node.translate = track_of<Vec3<double>>(channel.mPositionKeys, channel.mNumPositionKeys, ticks,
                                             vector_of, file_, name);
@@ -224,18 +218,18 @@ class SkinReader {
       const auto found = node_of_.find(source.mName.C_Str());
       const Affine offset = affine_of(source.mOffsetMatrix);
       if (!is_finite(offset))
-        throw SceneError(file_, "bone " + shown(source.mName.C_Str()), "nan or inf",
+        throw SceneError(file_, "bone " + quoted_start(source.mName.C_Str()), "nan or inf",
                          "finite numbers");
       // Such a bone can move nothing; its vertices stay with their mesh.
       if (found == node_of_.end())
-        warnings_.push_back(file_ + ": bone " + shown(source.mName.C_Str()) +
+        warnings_.push_back(file_ + ": bone " + quoted_start(source.mName.C_Str()) +
                             ", of which there is no node, left out");
       const Index number = found == node_of_.end() ? bone(node, {}) : bone(found->second, offset);
       for (unsigned w = 0; w < source.mNumWeights; ++w) {
         const auto v = source.mWeights[w].mVertexId;
         const auto weight = static_cast<double>(source.mWeights[w].mWeight);
         if (v >= mesh.mNumVertices || !std::isfinite(weight))
-          throw SceneError(file_, "weight of bone " + shown(source.mName.C_Str()),
+          throw SceneError(file_, "weight of bone " + quoted_start(source.mName.C_Str()),
                            v >= mesh.mNumVertices ? "vertex " + std::to_string(v) : "nan or inf",
                            "finite weights of vertices of the mesh");
         if (weight > 0) weights[v].push_back({number, weight});
@@ -265,8 +259,8 @@ class SkinReader {
     if (mesh.mNumBones > 0 && !drawn_.insert(number).second) return;
     for (unsigned a = 0; a < mesh.mNumAnimMeshes; ++a)
       if (mesh.mAnimMeshes[a]->mWeight != 0)
-        warnings_.push_back(file_ + ": morph target " + shown(mesh.mAnimMeshes[a]->mName.C_Str()) +
-                            " left out");
+        warnings_.push_back(file_ + ": morph target " +
+                            quoted_start(mesh.mAnimMeshes[a]->mName.C_Str()) + " left out");
     if (surface_.skin.rest.size() + mesh.mNumVertices >
         static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3)
       throw SceneError(file_, "vertices", "too many", "up to 715827882");

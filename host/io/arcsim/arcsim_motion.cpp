@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "host/base/file_bytes.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/json/transform_fields.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "host/scene/motion.hpp"
@@ -144,9 +145,7 @@ class MotReader {
 
  private:
   [[noreturn]] void refuse(std::string_view value, const std::string& allowed) const {
-    std::string shown;
-    for (const char c : value.substr(0, 60)) shown += c >= ' ' && c <= '~' ? c : '?';
-    throw SceneError(file_, "line " + std::to_string(line_number_), "\"" + shown + "\"", allowed);
+    throw SceneError(file_, "line " + std::to_string(line_number_), quoted_start(value), allowed);
   }
 
   /// The next line that is not blank.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "weft/error.hpp"
 
@@ -21,22 +22,6 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 7> state_key
      {"ts", "plastic strain (ts)"},
      {"fs", "plastic strain (fs)"},
      {"td", "damage of faces (td)"}}};
-
-std::string_view next_word(std::string_view& line) {
-  const std::size_t begin = std::min(line.find_first_not_of(" \t\r"), line.size());
-  const std::size_t end = std::min(line.find_first_of(" \t\r", begin), line.size());
-  const std::string_view word = line.substr(begin, end - begin);
-  line.remove_prefix(end);
-  return word;
-}
-
-/// As one short line of printable characters.
-std::string shown(std::string_view word) {
-  std::string text(word.substr(0, 20));
-  for (char& c : text)
-    if (c < ' ' || c > '~') c = '?';
-  return "\"" + text + "\"";
-}
 
 bool any_not_zero(std::string_view line) {
   double value = 0;
@@ -79,8 +64,8 @@ ArcsimExtras read_arcsim_extras(const std::filesystem::path& path) {
       const std::string_view word = next_word(line);
       long long label = 0;
       if (extras.node_label.empty() || !parse_number(word, label))
-        throw SceneError(path.string(), "line " + std::to_string(number) + ": nl", shown(word),
-                         "a whole number, after a vertex");
+        throw SceneError(path.string(), "line " + std::to_string(number) + ": nl",
+                         quoted_start(word, 20), "a whole number, after a vertex");
       extras.node_label.back() = label;
     }
     for (const auto& [word, meaning] : state_keywords)

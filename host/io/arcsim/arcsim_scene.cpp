@@ -10,6 +10,7 @@
 
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/io/arcsim/arcsim_material.hpp"
 #include "host/io/arcsim/arcsim_motion.hpp"
 #include "host/io/arcsim/arcsim_obj.hpp"
@@ -96,10 +97,9 @@ class Translator {
   /// @throws SceneError for one that must not be read
   std::optional<fs::path> find_file(const fs::path& given, const std::string& field) const {
     if (given.native().find('\0') != std::string::npos) return {};
-    std::error_code error;
     for (const fs::path& base : folders_.folders()) {
       const fs::path path = (base / given).lexically_normal();
-      if (!fs::exists(path, error)) continue;
+      if (!is_there(path)) continue;
       folders_.require(path, file_, field);
       return path;
     }

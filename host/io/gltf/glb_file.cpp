@@ -11,15 +11,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "host/base/file_operations.hpp"
+#include "host/base/temporary_file.hpp"
 #include "host/geometry/similarity.hpp"
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
-#include "host/io/spool/temporary_file.hpp"
 #include "host/scene/frame_limits.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
@@ -169,13 +169,6 @@ class Corners {
   std::vector<Tri> triangles_;  ///< empty: those of the mesh
   std::vector<Index> repeated_;
 };
-
-std::vector<Vec3<float>> in_single(const std::vector<Vec3<double>>& values) {
-  std::vector<Vec3<float>> result;
-  result.reserve(values.size());
-  for (const Vec3<double>& x : values) result.push_back(vec_cast<float>(x));
-  return result;
-}
 
 std::vector<Vec3<float>> difference(std::vector<Vec3<float>> a, const std::vector<Vec3<float>>& b) {
   for (std::size_t i = 0; i < a.size(); ++i) a[i] -= b[i];
@@ -497,9 +490,7 @@ void write_glb(const fs::path& path, const SpoolReader& spool, const SeamEdges& 
   const TemporaryFile binary{GlbWriter::binary_path(path)};
   const TemporaryFile temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
   GlbWriter(path, spool, seams).write(temporary.path);
-  std::error_code error;
-  fs::rename(temporary.path, path, error);
-  if (error) throw SceneError(path.string() + ": cannot write: " + error.message());
+  rename_file(temporary.path, path);
 }
 
 }  // namespace weft::io

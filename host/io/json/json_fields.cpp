@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "host/input/safe_text.hpp"
 #include "host/io/json/json_document.hpp"
 #include "weft/error.hpp"
 
@@ -43,18 +44,11 @@ std::string position_of(std::string_view text, std::size_t offset) {
          std::to_string(before.size() - start + 1);
 }
 
-/// Without control characters, which a document may hold anywhere.
-std::string printable(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
-  return text;
-}
-
 /// What nlohmann-json says after its own tags. It repeats what it read last, of any length.
 std::string reason_of(const std::string& what, const std::string& after) {
   const std::size_t found = what.find(after);
   const std::size_t begin = found == std::string::npos ? 0 : found + after.size();
-  const std::string reason = printable(what.substr(begin, max_reason));
+  const std::string reason = without_controls(what.substr(begin, max_reason));
   return what.size() - begin > max_reason ? reason + "..." : reason;
 }
 
@@ -228,7 +222,7 @@ std::vector<std::string> Fields::present_keys() const {
 }
 
 std::string Fields::path_of(const std::string& key) const {
-  return printable(path_.empty() ? key : path_ + "." + key);
+  return without_controls(path_.empty() ? key : path_ + "." + key);
 }
 
 void Fields::refuse(const std::string& key, const std::string& allowed) const {

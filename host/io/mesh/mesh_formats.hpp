@@ -35,6 +35,9 @@ bool has_panels(const Mesh& mesh);
 /// @param labels by the group's name
 void take_panel_labels(const std::map<std::string, std::string>& labels, Mesh& mesh);
 
+/// Takes the next word off the front of a line.
+std::string_view next_word(std::string_view& line);
+
 /// Number from the whole of `token`; a leading + is accepted.
 /// @return whether it is one; infinities and NaN are numbers here
 bool parse_number(std::string_view token, double& value);

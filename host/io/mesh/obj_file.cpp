@@ -21,18 +21,6 @@ constexpr std::array<std::string_view, 23> ignored_keywords{
     "s",  "mtllib", "shadow_obj", "usemap", "vn", "vp", "vv", "lod", "mg", "l",  "p", "vl",
     "ny", "nv",     "nl",         "e",      "ea", "ed", "el", "ts",  "fs", "td", "fd"};
 
-/// Takes the next word off the front of a line.
-std::string_view next_word(std::string_view& line) {
-  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  std::size_t begin = 0;
-  while (begin < line.size() && is_space(line[begin])) ++begin;
-  std::size_t end = begin;
-  while (end < line.size() && !is_space(line[end])) ++end;
-  const std::string_view word = line.substr(begin, end - begin);
-  line.remove_prefix(end);
-  return word;
-}
-
 /// Polygons with more corners are split from their first one: finding the best takes n^2.
 constexpr std::size_t max_searched_corners = 64;
 
@@ -60,6 +48,11 @@ class FaceLabels {
     if (!names_.empty()) labels_.push_back(now_);
   }
   bool empty() const { return names_.empty(); }
+  Index now() const { return now_; }
+  void go_on_with(Index label) { now_ = label; }
+  void relabel_from(std::size_t triangle, Index label) {
+    std::fill(labels_.begin() + static_cast<std::ptrdiff_t>(triangle), labels_.end(), label);
+  }
   std::vector<Index> take_labels() { return std::move(labels_); }
   std::vector<std::string> take_names() { return std::move(names_); }
 
@@ -94,6 +87,8 @@ class ObjReader {
     if (mesh_.triangles.empty())
       throw SceneError(file_, "f", "no faces" + passed_over, "at least one");
     finish_material();
+    mesh_.group = groups_.take_labels();
+    mesh_.group_names = groups_.take_names();
     // Where no material hides them, parts are groups.
     if (with_materials_ && !parts_.empty()) {
       mesh_.part = parts_.take_labels();
@@ -114,8 +109,8 @@ class ObjReader {
 
  private:
   std::string unknown_text() const {
-    return "line " + std::to_string(unknown_line_) + ": keyword \"" + unknown_keyword_ +
-           "\" is unknown and passed over" +
+    return "line " + std::to_string(unknown_line_) + ": keyword " + unknown_keyword_ +
+           " is unknown and passed over" +
            (unknown_count_ > 1 ? ", the first of " + std::to_string(unknown_count_) + " such lines"
                                : "");
   }
@@ -125,17 +120,11 @@ class ObjReader {
     Index texture = -1;
   };
 
-  static std::string printable(std::string_view text) {
-    std::string shown;
-    for (const char c : text) shown += c >= ' ' && c <= '~' ? c : '?';
-    return shown;
-  }
-
   [[noreturn]] void refuse(const std::string& field, std::string_view value,
                            const std::string& allowed) const {
     // A line of a broken file may be anything: keep the message one short printable line.
     throw SceneError(file_, "line " + std::to_string(line_number_) + ": " + field,
-                     "\"" + printable(value.substr(0, 60)) + "\"", allowed);
+                     quoted_start(value), allowed);
   }
 
   void read_line(std::string_view line) {
@@ -172,7 +161,7 @@ class ObjReader {
   void note_unknown(std::string_view keyword) {
     if (unknown_count_++ > 0) return;
     unknown_line_ = line_number_;
-    unknown_keyword_ = printable(keyword.substr(0, 60));
+    unknown_keyword_ = quoted_start(keyword);
   }
 
   /// @return how many numbers there were, up to `numbers.size()`
@@ -248,7 +237,7 @@ class ObjReader {
       const Corner& c = corners_[k];
       mesh_.triangles.push_back({{a.vertex, b.vertex, c.vertex}});
       if (with_texture_) mesh_.material_triangles.push_back({{a.texture, b.texture, c.texture}});
-      if (!mesh_.group_names.empty()) mesh_.group.push_back(group_);
+      groups_.add_triangle();
       parts_.add_triangle();
       objects_.add_triangle();
     }
@@ -285,9 +274,7 @@ class ObjReader {
   void read_group(std::string_view keyword, std::string_view rest) {
     const std::size_t level = keyword == "o" ? 0 : keyword == "g" ? 1 : 2;
     const std::string_view name = next_word(rest);
-    names_[level] = name;
-    for (char& c : names_[level])
-      if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';  // messages show names
+    names_[level] = without_controls(std::string(name));  // messages show names
     for (std::size_t k = level + 1; k < 2; ++k) names_[k].clear();
     with_materials_ = with_materials_ || !names_[2].empty();
     with_groups_ = with_groups_ || (level == 1 && !names_[1].empty());
@@ -297,7 +284,7 @@ class ObjReader {
     const std::string& chosen = !names_[2].empty()   ? names_[2]
                                 : !names_[1].empty() ? names_[1]
                                                      : names_[0];
-    if (!chosen.empty() || !mesh_.group_names.empty()) set_group(chosen);
+    groups_.name_next(one_line(chosen), mesh_.triangles.size());
   }
 
   /// ARCSim's label of the face before it.
@@ -306,16 +293,16 @@ class ObjReader {
     long long label = 0;
     if (!parse_number(word, label)) refuse(std::string(keyword), word, "a whole number");
     if (mesh_.triangles.empty()) refuse(std::string(keyword), word, "a face before its label");
-    const Index before = group_;
-    set_group("label_" + std::to_string(label));
-    label_group_ = std::exchange(group_, before);
+    const Index before = groups_.now();
+    groups_.name_next("label_" + std::to_string(label), mesh_.triangles.size());
+    label_group_ = groups_.now();
+    groups_.go_on_with(before);
   }
 
   /// Puts the last face where its label says. Not at once: of many labels only the last one counts.
   void finish_label() {
     if (label_group_ < 0) return;
-    std::fill(mesh_.group.begin() + static_cast<std::ptrdiff_t>(face_begin_), mesh_.group.end(),
-              std::exchange(label_group_, -1));
+    groups_.relabel_from(face_begin_, std::exchange(label_group_, -1));
   }
 
   /// An object is a group until the group of its first face is named.
@@ -331,20 +318,6 @@ class ObjReader {
       group = own;
     }
     mesh_.group_names = std::move(used);
-  }
-
-  /// Makes `name` the group of the faces that follow.
-  void set_group(const std::string& given) {
-    const std::string name = one_line(given);
-    if (mesh_.group_names.empty() && !mesh_.triangles.empty()) {
-      mesh_.group_names.emplace_back();  // of the faces before the first name
-      group_numbers_.emplace("", 0);
-      mesh_.group.assign(mesh_.triangles.size(), 0);
-    }
-    const auto [entry, is_new] =
-        group_numbers_.try_emplace(name, static_cast<Index>(mesh_.group_names.size()));
-    if (is_new) mesh_.group_names.push_back(name);
-    group_ = entry->second;
   }
 
   void note_texture(const Corner& corner) {
@@ -394,8 +367,7 @@ class ObjReader {
   std::vector<Corner> corners_;
   std::size_t face_begin_ = 0;  ///< first triangle of the last face
   std::array<std::string, 3> names_;
-  std::map<std::string, Index, std::less<>> group_numbers_;
-  Index group_ = 0;
+  FaceLabels groups_;            ///< by the most specific name, or the label of ARCSim
   FaceLabels parts_;             ///< by object and group alone
   FaceLabels objects_;           ///< by object alone
   bool with_materials_ = false;  ///< some face names one
@@ -408,6 +380,17 @@ class ObjReader {
 };
 
 }  // namespace
+
+std::string_view next_word(std::string_view& line) {
+  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  std::size_t begin = 0;
+  while (begin < line.size() && is_space(line[begin])) ++begin;
+  std::size_t end = begin;
+  while (end < line.size() && !is_space(line[end])) ++end;
+  const std::string_view word = line.substr(begin, end - begin);
+  line.remove_prefix(end);
+  return word;
+}
 
 Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
                std::vector<std::string>* warnings) {

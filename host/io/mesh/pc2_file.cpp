@@ -12,10 +12,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <system_error>
 
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/input/quantity.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/error.hpp"
@@ -41,11 +41,6 @@ struct RawHeader {
 static_assert(sizeof(RawHeader) == 32);
 constexpr std::uint64_t count_offset = offsetof(RawHeader, sample_count);
 constexpr std::size_t point_bytes = 3 * sizeof(float);
-
-[[noreturn]] void fail(const fs::path& path, const char* what) {
-  throw SceneError(path.string() + ": cannot " + what + ": " +
-                   std::generic_category().message(errno));
-}
 
 std::uint64_t sample_offset(const PointCacheHeader& header, Index sample) {
   return sizeof(RawHeader) + static_cast<std::uint64_t>(sample) *
@@ -81,7 +76,7 @@ PointCacheHeader read_header(const fs::path& path, int file) {
                           static_cast<double>(raw.sample_rate), raw.sample_count};
   check_values(path, header);
   struct stat status = {};
-  if (::fstat(file, &status) != 0) fail(path, "read");
+  if (::fstat(file, &status) != 0) fail_on(path, "read");
   const auto bytes = static_cast<std::uint64_t>(status.st_size);
   const std::uint64_t present = (bytes - std::min<std::uint64_t>(bytes, sizeof raw)) /
                                 (static_cast<std::uint64_t>(header.point_count) * point_bytes);
@@ -106,16 +101,13 @@ void write_cache_origin(const fs::path& cache, const Vec3<double>& origin) {
     const nlohmann::json json{{"origin", {origin[0], origin[1], origin[2]}}};
     return write_file_atomically(file, json.dump() + "\n");
   }
-  std::error_code error;
-  fs::remove(file, error);
-  if (error) throw SceneError(file.string() + ": cannot remove: " + error.message());
+  remove_file(file);
 }
 
 Vec3<double> read_cache_origin(const fs::path& cache) {
   const fs::path file = cache_origin_file(cache);
   Vec3<double> origin{0, 0, 0};
-  std::error_code error;
-  if (!fs::exists(file, error)) return origin;
+  if (!is_there(file)) return origin;
   const auto refuse = [&] {
     throw SceneError(file.string(), "origin", "something else",
                      "[x, y, z], each " + quantity::coordinate.allowed());
@@ -178,7 +170,7 @@ PointCacheWriter::PointCacheWriter(const fs::path& path, const PointCacheHeader&
   header_.sample_count = 0;
   check_values(path, header_);
   file_ = open_regular_file(path, O_RDWR | O_CREAT, "open for writing");
-  if (::ftruncate(file_.number(), 0) != 0) fail(path_, "write");
+  if (::ftruncate(file_.number(), 0) != 0) fail_on(path_, "write");
   RawHeader raw = {};
   std::memcpy(raw.magic, magic, sizeof magic);
   raw.version = 1;
@@ -202,7 +194,7 @@ PointCacheWriter::PointCacheWriter(const fs::path& path, Index point_count, Inde
   // The count first: it must never be larger than what is there.
   write_at(count_offset, &header_.sample_count, sizeof header_.sample_count);
   if (::ftruncate(file_.number(), static_cast<off_t>(sample_offset(header_, kept))) != 0)
-    fail(path_, "write");
+    fail_on(path_, "write");
 }
 
 void PointCacheWriter::append(const std::vector<Vec3<double>>& positions) {
@@ -222,7 +214,7 @@ void PointCacheWriter::append(const std::vector<Vec3<double>>& positions) {
 }
 
 void PointCacheWriter::sync() const {
-  if (::fsync(file_.number()) != 0) fail(path_, "fsync");
+  if (::fsync(file_.number()) != 0) fail_on(path_, "fsync");
 }
 
 void PointCacheWriter::write_at(std::uint64_t offset, const void* bytes, std::size_t size) const {
@@ -231,7 +223,7 @@ void PointCacheWriter::write_at(std::uint64_t offset, const void* bytes, std::si
     const ssize_t n = ::pwrite(file_.number(), static_cast<const char*>(bytes) + done, size - done,
                                static_cast<off_t>(offset + done));
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(path_, "write");
+    if (n < 0) fail_on(path_, "write");
     done += static_cast<std::size_t>(n);
   }
 }

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +11,8 @@
 #include <tuple>
 
 #include "host/geometry/vertex_normals.hpp"
+#include "host/input/checker.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "host/io/mesh/ply_face_labels.hpp"
 #include "weft/error.hpp"
@@ -69,26 +70,11 @@ struct Element {
   std::vector<Property> properties;
 };
 
-std::string printable(std::string_view text) {
-  std::string shown;
-  for (const char c : text.substr(0, 60)) shown += c >= ' ' && c <= '~' ? c : '?';
-  return "\"" + shown + "\"";
-}
-
 std::vector<std::string_view> words_of(std::string_view line) {
   std::vector<std::string_view> words;
-  std::size_t begin = 0;
-  while (begin < line.size()) {
-    const std::size_t end = std::min(line.find_first_of(" \t\r", begin), line.size());
-    if (end > begin) words.push_back(line.substr(begin, end - begin));
-    begin = end + 1;
-  }
+  for (std::string_view word = next_word(line); !word.empty(); word = next_word(line))
+    words.push_back(word);
   return words;
-}
-
-std::string number_text(double value) {
-  char digits[32];
-  return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
 }
 
 template <class T>
@@ -159,7 +145,7 @@ class PlyReader {
   void read_header() {
     if (words_of(rest_.substr(0, std::min<std::size_t>(rest_.find('\n'), 8))) !=
         std::vector<std::string_view>{"ply"})
-      refuse("header", printable(rest_.substr(0, 8)), "\"ply\" as the first line");
+      refuse("header", quoted_start(rest_.substr(0, 8)), "\"ply\" as the first line");
     header_line();
     bool has_format = false;
     while (true) {
@@ -176,7 +162,7 @@ class PlyReader {
       } else if (words[0] == "property") {
         read_property(words, line);
       } else {
-        refuse("header", printable(line), "format, comment, element, property, end_header");
+        refuse("header", quoted_start(line), "format, comment, element, property, end_header");
       }
     }
     if (!has_format) refuse("header", "no format", "a format line");
@@ -187,7 +173,7 @@ class PlyReader {
                        (words[1] == "ascii" || words[1] == "binary_little_endian" ||
                         words[1] == "binary_big_endian");
     if (!known)
-      refuse("header", printable(line),
+      refuse("header", quoted_start(line),
              "format ascii, binary_little_endian or binary_big_endian 1.0");
     binary_ = words[1] != "ascii";
     big_endian_ = words[1] == "binary_big_endian";
@@ -196,37 +182,37 @@ class PlyReader {
   void read_element(const std::vector<std::string_view>& words, std::string_view line) {
     long long count = -1;
     if (words.size() != 3 || !parse_number(words[2], count) || count < 0)
-      refuse("header", printable(line), "element NAME COUNT");
+      refuse("header", quoted_start(line), "element NAME COUNT");
     if (elements_.size() == max_elements)
-      refuse("header", printable(line), "up to " + std::to_string(max_elements) + " elements");
+      refuse("header", quoted_start(line), "up to " + std::to_string(max_elements) + " elements");
     for (const Element& element : elements_)
-      if (element.name == words[1]) refuse("header", printable(line), "each element once");
+      if (element.name == words[1]) refuse("header", quoted_start(line), "each element once");
     elements_.push_back({std::string(words[1]), static_cast<std::uint64_t>(count), {}});
   }
 
   Type read_type(std::string_view word, std::string_view line) const {
     for (const TypeName& known : type_names)
       if (known.name == word) return known.type;
-    refuse("header", printable(line), "char, uchar, short, ushort, int, uint, float, double");
+    refuse("header", quoted_start(line), "char, uchar, short, ushort, int, uint, float, double");
   }
 
   void read_property(const std::vector<std::string_view>& words, std::string_view line) {
     const bool list = words.size() == 5 && words[1] == "list";
     if (elements_.empty() || (!list && words.size() != 3))
-      refuse("header", printable(line), "property TYPE NAME or property list TYPE TYPE NAME");
+      refuse("header", quoted_start(line), "property TYPE NAME or property list TYPE TYPE NAME");
     Property property;
     property.name = words.back();
     property.type = read_type(words[list ? 3 : 1], line);
     if (list) property.count_type = read_type(words[2], line);
     if (list && is_real(*property.count_type))
-      refuse("header", printable(line), "a whole number type for the length of a list");
+      refuse("header", quoted_start(line), "a whole number type for the length of a list");
     elements_.back().properties.push_back(property);
   }
 
   /// Compares what the header promises with the bytes that are left, before anything is allocated.
   void check_count(const Element& element) const {
     if (element.count == 0) return;
-    const std::string field = "element " + printable(element.name);
+    const std::string field = "element " + quoted_start(element.name);
     const std::string value = std::to_string(element.count) + " rows";
     if (element.properties.empty()) refuse(field, value + " without properties", "properties");
     std::uint64_t row = 0;
@@ -254,12 +240,12 @@ class PlyReader {
     const std::string_view word = rest_.substr(begin, end - begin);
     rest_.remove_prefix(end);
     double value = 0;
-    if (!parse_number(word, value)) refuse(place(element, row), printable(word), "a number");
+    if (!parse_number(word, value)) refuse(place(element, row), quoted_start(word), "a number");
     return value;
   }
 
   static std::string place(const Element& element, std::uint64_t row) {
-    return "element " + printable(element.name) + " row " + std::to_string(row);
+    return "element " + quoted_start(element.name) + " row " + std::to_string(row);
   }
   [[noreturn]] void refuse_end(const Element& element, std::uint64_t row) const {
     refuse(place(element, row), "end of file", std::to_string(element.count) + " rows");
@@ -270,7 +256,7 @@ class PlyReader {
     const double most =
         static_cast<double>(binary_ ? rest_.size() / size_of(property.type) : rest_.size() / 2 + 1);
     if (!(length >= 0 && length <= most) || length != std::floor(length))
-      refuse(place(element, row), "a list of length " + number_text(length),
+      refuse(place(element, row), "a list of length " + text_of(length),
              "a length that the rest of the file can hold");
     return static_cast<std::size_t>(length);
   }
@@ -293,7 +279,7 @@ class PlyReader {
       if (column < 0) continue;
       bool& seen = present[static_cast<std::size_t>(column)];
       if (seen)
-        refuse("element \"vertex\"", "property " + printable(property.name) + " again",
+        refuse("element \"vertex\"", "property " + quoted_start(property.name) + " again",
                "x, y, z and s, t or u, v once");
       seen = true;
     }
@@ -370,7 +356,7 @@ class PlyReader {
       const double number = next(property.type, element, row);
       if (!(number >= 0 && number < static_cast<double>(max_entries)) ||
           number != std::floor(number))
-        refuse(place(element, row), "vertex " + number_text(number), "a whole number >= 0");
+        refuse(place(element, row), "vertex " + text_of(number), "a whole number >= 0");
       corners_.push_back(static_cast<Index>(number));
     }
   }

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/scene/fabric/fabrics.hpp"
 #include "host/scene/fabric/rigidity.hpp"
@@ -118,8 +119,7 @@ std::vector<Material> read_materials(Fields& root) {
   std::vector<Material> materials;
   Fields list = root.object("materials", {});
   for (const std::string& name : list.present_keys()) {
-    if (std::any_of(name.begin(), name.end(),
-                    [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }))
+    if (std::any_of(name.begin(), name.end(), is_control))
       list.refuse(name, "a name with control characters", "names that can be printed");
     materials.push_back(read_material(list, name));
   }

@@ -1,5 +1,6 @@
 #include <system_error>
 
+#include "host/base/file_operations.hpp"
 #include "host/io/scene/scene_parts.hpp"
 
 namespace weft::io {
@@ -28,8 +29,7 @@ fs::path read_path(Fields& fields, const std::string& key, const ReadableFolders
     fields.refuse(key, "the name of a file");
   const fs::path path = resolved_path(fields, given);
   folders.require(path, fields.file(), fields.path_of(key));
-  std::error_code error;
-  if (!fs::exists(path, error))
+  if (!is_there(path))
     fields.refuse(
         key, "the name of a file that is there; looked for " + path.string() + package_hint(path));
   fields.record(key, path.string());

@@ -6,15 +6,15 @@
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
-#include <system_error>
 #include <utility>
 
+#include "host/base/checksum.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/input/safe_text.hpp"
 #include "weft/error.hpp"
 
@@ -59,33 +59,8 @@ constexpr std::uint32_t flag_grouped = 1;
 constexpr std::uint32_t flag_parted = 2;
 constexpr std::uint32_t flag_velocities = 4;
 
-[[noreturn]] void fail(const fs::path& path, const char* what) {
-  throw SceneError(path.string() + ": cannot " + what + ": " +
-                   std::generic_category().message(errno));
-}
-
 [[noreturn]] void refuse(const fs::path& path, const std::string& field, const std::string& value) {
   throw SceneError(path.string(), field, value, "a spool of frames as weft writes it");
-}
-
-void write_all(const fs::path& path, int file, const std::string& bytes) {
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t n = ::write(file, bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(path, "write");
-    done += static_cast<std::size_t>(n);
-  }
-}
-
-/// FNV-1a, 64 bits.
-std::uint64_t checksum_of(const char* bytes, std::size_t size) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (std::size_t i = 0; i < size; ++i) {
-    hash ^= static_cast<unsigned char>(bytes[i]);
-    hash *= 0x100000001b3u;
-  }
-  return hash;
 }
 
 template <class T>
@@ -125,14 +100,6 @@ bool same(const std::vector<Tri>& a, const std::vector<Tri>& b) {
 }
 
 template <int N>
-std::vector<Vec<float, N>> in_single(const std::vector<Vec<double, N>>& values) {
-  std::vector<Vec<float, N>> result;
-  result.reserve(values.size());
-  for (const auto& x : values) result.push_back(vec_cast<float>(x));
-  return result;
-}
-
-template <int N>
 std::vector<Vec<double, N>> in_double(const std::vector<Vec<float, N>>& values) {
   std::vector<Vec<double, N>> result;
   result.reserve(values.size());
@@ -158,7 +125,7 @@ bool in_range(const std::vector<Tri>& triangles, Index count) {
 SpoolReader::SpoolReader(const fs::path& path)
     : path_(path), file_(open_regular_file(path, O_RDONLY, "read")) {
   struct stat status = {};
-  if (::fstat(file_.number(), &status) != 0) fail(path, "read");
+  if (::fstat(file_.number(), &status) != 0) fail_on(path, "read");
   size_ = static_cast<std::uint64_t>(status.st_size);
   read_header();
   read_index();
@@ -189,9 +156,6 @@ void SpoolReader::read_header() {
     refuse(path_, "names", "end of file");
   for (std::size_t at = 0; at < names.size();) {
     const std::size_t end = names.find('\0', at);
-    const auto is_control = [](char c) {
-      return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
-    };
     if (end == std::string::npos || end == at || end - at > max_name ||
         std::any_of(&names[at], &names[end], is_control))
       refuse(path_, "names", "a damaged list");
@@ -260,7 +224,7 @@ void SpoolReader::read_index() {
 std::string SpoolReader::payload(const SpoolBlock& block) const {
   std::string bytes(topology_bytes(block) + point_bytes(block), '\0');
   if (read_at(path_, file_.number(), block.offset, bytes.data(), bytes.size()) != bytes.size() ||
-      checksum_of(bytes.data(), bytes.size()) != block.checksum)
+      checksum_of(bytes) != block.checksum)
     refuse(path_, "block at byte " + std::to_string(block.offset), "a wrong checksum");
   return bytes;
 }
@@ -355,7 +319,7 @@ SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<Sp
   append_bytes(bytes, &raw, 1);
   if (placed) append_bytes(bytes, origin.e, 3);
   bytes += names;
-  if (::ftruncate(file_.number(), 0) != 0) fail(path_, "write");
+  if (::ftruncate(file_.number(), 0) != 0) fail_on(path_, "write");
   write_all(path_, file_.number(), bytes);
 }
 
@@ -380,7 +344,7 @@ SpoolWriter::SpoolWriter(const fs::path& path, int last_frame) : path_(path) {
   file_ = open_regular_file(path, O_WRONLY, "open for writing");
   if (::ftruncate(file_.number(), static_cast<off_t>(reader.bytes_of(kept))) != 0 ||
       ::lseek(file_.number(), 0, SEEK_END) < 0)
-    fail(path_, "write");
+    fail_on(path_, "write");
 }
 
 void SpoolWriter::append(int frame, const std::vector<const Mesh*>& meshes,
@@ -454,14 +418,14 @@ void SpoolWriter::add_block(std::string& bytes, int frame, std::size_t mesh, con
   if (!same_topology && !now.group.empty()) raw.flags |= flag_grouped;
   if (!same_topology && !now.part.empty()) raw.flags |= flag_parted;
   if (!same_points && !now.velocities.empty()) raw.flags |= flag_velocities;
-  raw.checksum = checksum_of(payload.data(), payload.size());
+  raw.checksum = checksum_of(payload);
   append_bytes(bytes, &raw, 1);
   bytes += payload;
   before = std::move(now);
 }
 
 void SpoolWriter::sync() const {
-  if (::fsync(file_.number()) != 0) fail(path_, "fsync");
+  if (::fsync(file_.number()) != 0) fail_on(path_, "fsync");
 }
 
 }  // namespace weft::io

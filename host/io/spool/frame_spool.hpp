@@ -15,6 +15,15 @@
 /// killed holds all frames up to the last whole one.
 namespace weft::io {
 
+/// Values as a spool has them.
+template <int N>
+std::vector<Vec<float, N>> in_single(const std::vector<Vec<double, N>>& values) {
+  std::vector<Vec<float, N>> result;
+  result.reserve(values.size());
+  for (const auto& x : values) result.push_back(vec_cast<float>(x));
+  return result;
+}
+
 /// Name and labels of a mesh, the same in all frames.
 struct SpooledMesh {
   std::string name;

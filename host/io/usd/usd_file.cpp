@@ -14,6 +14,8 @@
 #include <system_error>
 #include <utility>
 
+#include "host/base/file_operations.hpp"
+#include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "weft/error.hpp"
 
@@ -23,10 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
-
-[[noreturn]] void fail(const fs::path& path) {
-  throw SceneError(path.string() + ": cannot read: " + std::generic_category().message(errno));
-}
 
 /// Numbers of one attribute of one mesh at one instant.
 class ArrayReader {
@@ -83,11 +81,7 @@ class ArrayReader {
     throw SceneError(file_, prim_.path + "." + attribute_ + "[" + std::to_string(entry) + "]",
                      value, allowed);
   }
-  std::string shown() const {
-    std::string result;
-    for (const char c : text_.substr(at_, 20)) result += c >= ' ' && c <= '~' ? c : '?';
-    return "\"" + result + "\"";
-  }
+  std::string shown() const { return quoted_start(text_.substr(at_), 20); }
   void skip_space() {
     while (at_ < text_.size()) {
       if (text_[at_] == '#')
@@ -280,11 +274,11 @@ class MeshReader {
 MappedFile::MappedFile(const fs::path& path) {
   const FileDescriptor file = open_regular_file(path, O_RDONLY, "read");
   struct stat status = {};
-  if (::fstat(file.number(), &status) != 0) fail(path);
+  if (::fstat(file.number(), &status) != 0) fail_on(path, "read");
   size_ = static_cast<std::size_t>(status.st_size);
   if (size_ == 0) return;
   void* data = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file.number(), 0);
-  if (data == MAP_FAILED) fail(path);
+  if (data == MAP_FAILED) fail_on(path, "read");
   data_ = data;
 }
 

@@ -62,11 +62,7 @@ class UsdParser {
 
  private:
   // ---------------------------------------------------------------------------------- characters
-  static std::string shown(std::string_view text) {
-    std::string result;
-    for (const char c : text.substr(0, 40)) result += c >= ' ' && c <= '~' ? c : '?';
-    return "\"" + result + "\"";
-  }
+  static std::string shown(std::string_view text) { return quoted_start(text, 40); }
   [[noreturn]] void refuse(const std::string& allowed) const {
     const auto line =
         1 + std::count(all_.begin(), all_.begin() + static_cast<std::ptrdiff_t>(at_), '\n');

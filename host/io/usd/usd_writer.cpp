@@ -7,15 +7,16 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "host/base/file_operations.hpp"
+#include "host/base/temporary_file.hpp"
+#include "host/geometry/aabb.hpp"
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/spool/material_colour.hpp"
-#include "host/io/spool/temporary_file.hpp"
 #include "host/io/usd/usd_file.hpp"
 #include "weft/error.hpp"
 
@@ -95,13 +96,8 @@ void write_counts(TextFile& out, const std::vector<Tri>& triangles) {
 }
 
 void write_extent(TextFile& out, const std::vector<Vec3<double>>& points) {
-  std::vector<Vec3<double>> box(2, points.empty() ? Vec3<double>{0, 0, 0} : points[0]);
-  for (const Vec3<double>& x : points)
-    for (int k = 0; k < 3; ++k) {
-      box[0][k] = std::min(box[0][k], x[k]);
-      box[1][k] = std::max(box[1][k], x[k]);
-    }
-  write_array(out, box);
+  const Aabb box = points.empty() ? Aabb{{0, 0, 0}, {0, 0, 0}} : aabb_of(points);
+  write_array(out, std::vector<Vec3<double>>{box.lo, box.hi});
 }
 
 /// A name that USD takes: letters, digits and _, no digit in front, none of its siblings'.
@@ -452,9 +448,7 @@ void write_usd(const fs::path& path, const SpoolReader& spool) {
   write_materials(out, materials);
   out << "}\n";
   if (!out.close()) throw SceneError(path.string() + ": cannot write");
-  std::error_code error;
-  fs::rename(temporary.path, path, error);
-  if (error) throw SceneError(path.string() + ": cannot write: " + error.message());
+  rename_file(temporary.path, path);
 }
 
 }  // namespace weft::io

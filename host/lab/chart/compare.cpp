@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "host/geometry/aabb.hpp"
 #include "host/lab/check/box_tree.hpp"
 #include "weft/core/at.hpp"
 #include "weft/elements/distance.hpp"
@@ -156,14 +157,7 @@ double difference_error(const MeanStatistics& a, const MeanStatistics& b) {
 }
 
 double diagonal(const std::vector<Vec3<double>>& positions) {
-  if (positions.empty()) return 0;
-  Vec3<double> low = positions[0], high = positions[0];
-  for (const auto& x : positions)
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], x[k]);
-      high[k] = std::max(high[k], x[k]);
-    }
-  return length(high - low);
+  return aabb_of(positions).diagonal();
 }
 
 std::vector<Vec3<double>> extrapolated(const std::vector<Vec3<double>>& coarse,

@@ -5,17 +5,17 @@
 namespace weft::app {
 namespace {
 
-FileBox box(const Vec3<double>& centre, const Vec3<double>& size) {
+Aabb box(const Vec3<double>& centre, const Vec3<double>& size) {
   return {centre - size * 0.5, centre + size * 0.5};
 }
 
 TEST(MeshGuess, UnitsFollowFromTheBody) {
-  const FileBox shirt = box({0, 1.3, 0}, {0.6, 0.7, 0.3});
+  const Aabb shirt = box({0, 1.3, 0}, {0.6, 0.7, 0.3});
   EXPECT_EQ(guess_units(shirt, {}).value, "m");
   EXPECT_EQ(guess_units(box({}, {60, 70, 30}), {}).value, "cm");
   EXPECT_EQ(guess_units(box({}, {600, 700, 300}), {}).value, "mm");
   // A handkerchief of 9 cm alone could be 9 m.
-  const FileBox small = box({0, 180, 0}, {9, 0, 9});
+  const Aabb small = box({0, 180, 0}, {9, 0, 9});
   EXPECT_EQ(guess_units(small, {}).value, "m");
   EXPECT_EQ(guess_units(small, box({0, 90, 0}, {60, 175, 30})).value, "cm");
   EXPECT_EQ(guess_units(small, box({0, 900, 0}, {600, 1750, 300})).value, "mm");
@@ -24,10 +24,10 @@ TEST(MeshGuess, UnitsFollowFromTheBody) {
 }
 
 TEST(MeshGuess, TheAxisFollowsFromWhatStandsOrLies) {
-  const FileBox shirt = box({0, 1.3, 0}, {0.6, 0.7, 0.3});
+  const Aabb shirt = box({0, 1.3, 0}, {0.6, 0.7, 0.3});
   EXPECT_EQ(guess_up(shirt, box({0, 0.9, 0}, {0.5, 1.8, 0.3}), ".stl").value, "y");
   EXPECT_EQ(guess_up(shirt, box({0, 0, 0.9}, {0.5, 0.3, 1.8}), ".obj").value, "z");
-  const FileBox ball = box({}, {1, 1, 1});
+  const Aabb ball = box({}, {1, 1, 1});
   EXPECT_EQ(guess_up(box({0, 0.6, 0}, {1, 0, 1}), ball, ".stl").value, "y");
   EXPECT_EQ(guess_up(box({0, 0, 0.6}, {1, 1, 0}), ball, ".obj").value, "z");
   EXPECT_EQ(guess_up(box({}, {1, 0, 1}), {}, ".stl").value, "y");

@@ -58,9 +58,11 @@ PlayerRanges ranges_of(const std::vector<PlayerFrame>& frames) {
   ranges.strain = 100;
   ranges.contact = 4;
   for (const PlayerFrame& frame : frames) {
-    for (const auto& cloth : frame.meshes.cloths) ranges.cloths.add(cloth.mesh.positions);
-    for (const auto& body : frame.meshes.obstacles) ranges.obstacles.add(body.mesh.positions);
-    ranges.obstacles.add(frame.displaced);
+    for (const auto& cloth : frame.meshes.cloths)
+      ranges.cloths.include(aabb_of(cloth.mesh.positions));
+    for (const auto& body : frame.meshes.obstacles)
+      ranges.obstacles.include(aabb_of(body.mesh.positions));
+    ranges.obstacles.include(aabb_of(frame.displaced));
     if (!frame.displaced.empty()) ranges.compliance = 0.5;
   }
   return ranges;
@@ -196,7 +198,7 @@ TEST(PlayerPage, NamesStayData) {
 TEST(PlayerPage, LongRunsFitIn40Megabytes) {
   const std::vector<PlayerFrame> ends{frame_of(0, 100), frame_of(199, 100)};
   PlayerRanges ranges = ranges_of(ends);
-  ranges.cloths.add({{0, 0, -1}, {1, 1, 9}});
+  ranges.cloths.include(aabb_of({{0, 0, -1}, {1, 1, 9}}));
   PlayerRun run(Json::object(), ranges);
   for (int number = 0; number < 200; ++number) run.add(frame_of(number, 100));
   const std::string three(900'000, ' ');

@@ -19,15 +19,15 @@ std::uint16_t step_at(const std::string& bytes, std::size_t number) {
                                     static_cast<unsigned char>(bytes[2 * number + 1]) << 8);
 }
 
-TEST(PositionBox, HoldsWhatItWasGiven) {
-  PositionBox box;
+TEST(LargestError, IsHalfAStepOfTheLongestSide) {
+  Aabb box;
   EXPECT_TRUE(box.empty());
-  EXPECT_EQ(box.error(), 0);
-  box.add({{1, -2, 3}, {-1, 5, 3}});
+  EXPECT_EQ(largest_error(box), 0);
+  box = aabb_of({{1, -2, 3}, {-1, 5, 3}});
   EXPECT_FALSE(box.empty());
-  EXPECT_EQ(box.low, (Vec3<double>{-1, -2, 3}));
-  EXPECT_EQ(box.high, (Vec3<double>{1, 5, 3}));
-  EXPECT_DOUBLE_EQ(box.error(), 7.0 / 65535 / 2);
+  EXPECT_EQ(box.lo, (Vec3<double>{-1, -2, 3}));
+  EXPECT_EQ(box.hi, (Vec3<double>{1, 5, 3}));
+  EXPECT_DOUBLE_EQ(largest_error(box), 7.0 / 65535 / 2);
 }
 
 TEST(AppendPositions, ComeBackWithinHalfAStep) {
@@ -35,22 +35,22 @@ TEST(AppendPositions, ComeBackWithinHalfAStep) {
   std::uniform_real_distribution<double> x(-3, 2), y(1000, 1001), z(-1e-3, 1e-3);
   std::vector<Vec3<double>> positions;
   for (int i = 0; i < 1000; ++i) positions.push_back({x(random), y(random), z(random)});
-  PositionBox box;
-  box.add(positions);
+  Aabb box;
+  box = aabb_of(positions);
   std::string bytes;
   append_positions(bytes, positions, box);
   ASSERT_EQ(bytes.size(), 6u * 1000);
   std::size_t number = 0;
   for (const Vec3<double>& p : positions)
     for (int k = 0; k < 3; ++k) {
-      const double back = stored_coordinate(step_at(bytes, number++), box.low[k], box.high[k]);
-      EXPECT_NEAR(back, p[k], (box.high[k] - box.low[k]) / 65535 / 2 * (1 + 1e-6));
+      const double back = stored_coordinate(step_at(bytes, number++), box.lo[k], box.hi[k]);
+      EXPECT_NEAR(back, p[k], (box.hi[k] - box.lo[k]) / 65535 / 2 * (1 + 1e-6));
     }
 }
 
 TEST(AppendPositions, EndsOfTheBoxAreExact) {
-  PositionBox box;
-  box.add({{0, 0, 5}, {1, 2, 5}});
+  Aabb box;
+  box = aabb_of({{0, 0, 5}, {1, 2, 5}});
   std::string bytes;
   append_positions(bytes, {{0, 2, 5}, {1, 0, 5}, {-9, 9, 5}}, box);
   EXPECT_EQ(step_at(bytes, 0), 0);

@@ -78,6 +78,19 @@ TEST(SafeText, ObjGroupsAreReadAsOneLine) {
   EXPECT_EQ(mesh.group_names, std::vector<std::string>{"a?[2J?"});
 }
 
+TEST(SafeText, TheStartOfATextIsQuotedInPrintableCharacters) {
+  EXPECT_EQ(quoted_start("a\x1b[2J\xff b~"), "\"a?[2J? b~\"");
+  EXPECT_EQ(quoted_start(std::string(100, 'x')), "\"" + std::string(60, 'x') + "\"");
+  EXPECT_EQ(quoted_start("abc", 2), "\"ab\"");
+  EXPECT_EQ(quoted_start(""), "\"\"");
+}
+
+TEST(SafeText, ControlCharactersAloneAreTakenOut) {
+  EXPECT_EQ(without_controls("a\n\x7f\xc3\xa9~"), "a??\xc3\xa9~");
+  EXPECT_FALSE(is_control(' '));
+  EXPECT_FALSE(is_control('\xff'));
+}
+
 TEST(SafeText, UsdTextEndsWhereItsQuotationMarkIs) {
   EXPECT_EQ(usd_text("a\"\\\nb"), "\"a\\\"\\\\?b\"");
 }

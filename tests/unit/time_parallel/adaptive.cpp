@@ -25,6 +25,7 @@
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "tests/unit/time_parallel/slices_fixture.hpp"
 #include "weft/devices.hpp"
+#include "weft/error.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft::test {

@@ -11,7 +11,7 @@
 
 namespace weft {
 
-/// Values one after the other, as they lie in memory: for the chunks of a checkpoint.
+/// Values one after the other, as they lie in memory; of a list, first how many.
 class Packer {
  public:
   template <class T>
@@ -22,7 +22,10 @@ class Packer {
   template <class T>
   void put(const std::vector<T>& values) {
     put(static_cast<std::uint64_t>(values.size()));
-    for (const T& value : values) put(value);
+    if constexpr (std::is_trivially_copyable_v<T>)
+      bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+    else
+      for (const T& value : values) put(value);
   }
   std::string bytes;
 };
@@ -32,12 +35,12 @@ class Unpacker {
  public:
   /// @param bytes   must outlive this
   /// @param file    for messages
-  /// @param chunk   the same
+  /// @param field   the same
   /// @param allowed the same
-  Unpacker(const std::string& bytes, std::string file, std::string chunk, std::string allowed)
+  Unpacker(const std::string& bytes, std::string file, std::string field, std::string allowed)
       : bytes_(bytes),
         file_(std::move(file)),
-        chunk_(std::move(chunk)),
+        field_(std::move(field)),
         allowed_(std::move(allowed)) {}
 
   /// @throws SceneError if there are not as many bytes; so does the next
@@ -50,9 +53,11 @@ class Unpacker {
   }
   template <class T>
   void get(std::vector<T>& values) {
+    constexpr bool plain = std::is_trivially_copyable_v<T>;
     std::uint64_t count = 0;
     get(count);
-    if (count > (bytes_.size() - position_) / sizeof(T)) refuse("is truncated");
+    if (count > (bytes_.size() - position_) / (plain ? sizeof(T) : sizeof count))
+      refuse("is truncated");
     values.resize(count);
     for (T& value : values) get(value);
   }
@@ -60,13 +65,13 @@ class Unpacker {
     if (position_ != bytes_.size()) refuse("has bytes after its end");
   }
   [[noreturn]] void refuse(const std::string& what) const {
-    throw SceneError(file_, "checkpoint " + chunk_, what, allowed_);
+    throw SceneError(file_, field_, what, allowed_);
   }
 
  private:
   const std::string& bytes_;
   std::string file_;
-  std::string chunk_;
+  std::string field_;
   std::string allowed_;
   std::size_t position_ = 0;
 };

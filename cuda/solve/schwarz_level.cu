@@ -24,6 +24,7 @@ struct Domain {
   double sum[parts][pair_count][9];  ///< component 3 row + column of each pair's block
   double pivot_row[2][size_max];
   double pivot_column[2][size_max];
+  double pivot_inverse[2];
   unsigned char fixed[domain_rows_max];
 };
 
@@ -39,6 +40,7 @@ class BlockSums {
       : a_(a),
         domain_(domain),
         component_(thread % 9),
+        link_place_(ContactOperatorEntry<T>::place(component_)),
         part_(thread / 9 % parts),
         aggregate_(thread / 9 / parts),
         first_(first),
@@ -55,13 +57,7 @@ class BlockSums {
     add_entries(a_.mesh);
     if (component_ % 4 == 0 && a_.far.row_count > 0) add_entries(a_.far);
     if (a_.contact.count.empty()) return;
-    for_rows([&](Index row) {
-      visit_contact_entries(a_.contact, row,
-                            [&](Index vertex, T weight, const ContactOperatorEntry<T>& link) {
-                              add(vertex - a_.row_begin - first_,
-                                  static_cast<double>(weight * link.component(component_)));
-                            });
-    });
+    for_rows([&](Index row) { add_links(row); });
   }
 
  private:
@@ -79,26 +75,61 @@ class BlockSums {
   }
 
   __device__ T value(const BlockEll<T>& m, Offset slot, Index lane) const {
-    return m.value.data()[(slot * 9 + component_) * m.slice + lane];
+    return __ldg(m.value.data() + (slot * 9 + component_) * m.slice + lane);
   }
   __device__ T value(const ScalarEll<T>& m, Offset slot, Index lane) const {
-    return m.value.data()[slot * m.slice + lane];
+    return __ldg(m.value.data() + slot * m.slice + lane);
   }
+  /// Some entries at a time are asked for before any is added.
   template <class Matrix>
   __device__ void add_entries(const Matrix& m) {
+    constexpr int at_once = 5;
     for_rows([&](Index row) {
       const Index lane = row % m.slice;
-      const Offset end = m.slice_offset.data()[row / m.slice + 1];
-#pragma unroll 4
-      for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot)
-        add(m.column.data()[slot * m.slice + lane] - a_.row_begin - first_,
-            static_cast<double>(value(m, slot, lane)));
+      const Offset* offset = m.slice_offset.data() + row / m.slice;
+      const Offset end = __ldg(offset + 1);
+      for (Offset slot = __ldg(offset); slot < end; slot += at_once) {
+        Index column[at_once];
+        T entry[at_once];
+#pragma unroll
+        for (int n = 0; n < at_once; ++n) {
+          if (slot + n >= end) continue;
+          column[n] = __ldg(m.column.data() + (slot + n) * m.slice + lane);
+          entry[n] = value(m, slot + n, lane);
+        }
+#pragma unroll
+        for (int n = 0; n < at_once; ++n)
+          if (slot + n < end) add(column[n] - a_.row_begin - first_, static_cast<double>(entry[n]));
+      }
     });
+  }
+
+  /// As visit_contact_entries(), with all of a link asked for before any is added.
+  __device__ void add_links(Index row) {
+    const ContactOperator<T>& links = a_.contact;
+    const Index* offset = links.end_offset.data() + row;
+    const Index last = __ldg(offset + 1);
+    for (Index e = __ldg(offset); e < last; ++e) {
+      const Index number = __ldg(&links.end.data()[e].link);
+      const T end_weight = __ldg(&links.end.data()[e].weight);
+      const ContactOperatorEntry<T>& link = links.link.data()[number];
+      const T entry = __ldg(link.block + link_place_);
+      Index corner[4];
+      T weight[4];
+#pragma unroll
+      for (int n = 0; n < 4; ++n) {
+        corner[n] = __ldg(link.v + n);
+        weight[n] = __ldg(link.w + n);
+      }
+#pragma unroll
+      for (int n = 0; n < 4; ++n)
+        add(corner[n] - a_.row_begin - first_, static_cast<double>(end_weight * weight[n] * entry));
+    }
   }
 
   const SolveSchwarzLevel<T>& a_;
   Domain<parts>& domain_;
-  int component_, part_, aggregate_;
+  int component_, link_place_, part_, aggregate_;
   Index first_, rows_, begin_, end_;  ///< begin and end counted from the first
 };
 
@@ -113,13 +144,14 @@ __device__ void invert(Domain<parts>& domain, int aggregates, bool holds, int i,
     for (int c = 0; c < 3; ++c) {
       double* row = domain.pivot_row[(block + c) % 2];
       double* column = domain.pivot_column[(block + c) % 2];
+      if (holds && i == block && j == block) domain.pivot_inverse[(block + c) % 2] = 1 / m[c][c];
       for (int k = 0; holds && k < 3; ++k) {
         if (i == block) row[3 * j + k] = m[c][k];
         if (j == block) column[3 * i + k] = m[k][c];
       }
       __syncthreads();
       if (!holds) continue;
-      const double scale = 1 / row[3 * block + c];
+      const double scale = domain.pivot_inverse[(block + c) % 2];
       for (int r = 0; r < 3; ++r)
         for (int k = 0; k < 3; ++k) {
           const bool in_row = i == block && r == c;

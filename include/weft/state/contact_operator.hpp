@@ -15,11 +15,13 @@ struct alignas(16) ContactOperatorEntry {
   T w[4];      ///< 0 at corners that it does not have
   T block[6];  ///< [kg] B, symmetric: xx, xy, xz, yy, yz, zz
 
-  /// Component 3 i + j of B.
-  WEFT_HD T component(int k) const noexcept {
-    constexpr int place[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
-    return block[place[k]];
+  /// Where component 3 i + j of B is in `block`.
+  WEFT_HD static constexpr int place(int k) noexcept {
+    constexpr int places[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+    return places[k];
   }
+  /// Component 3 i + j of B.
+  WEFT_HD T component(int k) const noexcept { return block[place(k)]; }
 };
 
 /// What a link comes to, in as few loads as there can be.

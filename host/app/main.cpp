@@ -24,6 +24,7 @@
 #include "host/app/time_parallel/slice_process.hpp"
 #include "host/app/view/view.hpp"
 #include "host/input/safe_text.hpp"
+#include "host/io/json/json_fields.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -67,12 +68,31 @@ std::string version_text() {
                      std::string(build.commit).substr(0, 12), build.dirty ? ", with changes" : "");
 }
 
-std::string subcommands_of(const CLI::App& app) {
-  std::string names;
+std::vector<std::string> subcommands_of(const CLI::App& app) {
+  std::vector<std::string> names;
   for (const CLI::App* subcommand : app.get_subcommands(nullptr))
-    if (!subcommand->get_description().empty())
-      names += (names.empty() ? "" : ", ") + subcommand->get_name();
+    if (!subcommand->get_description().empty()) names.push_back(subcommand->get_name());
   return names;
+}
+
+/// What is wrong with words that CLI11 has left over: the first one that looks like an option, or
+/// simply the first.
+std::string unexpected_word(const CLI::App& app) {
+  for (const CLI::App* subcommand : app.get_subcommands()) {
+    std::vector<std::string> left = subcommand->remaining();
+    if (left.empty()) continue;
+    std::reverse(left.begin(), left.end());  // as they were parsed from the back
+    const auto option = std::find_if(left.begin(), left.end(),
+                                     [](const std::string& word) { return word.starts_with("-"); });
+    const std::string& word = option != left.end() ? *option : left.front();
+    const std::string name = word.substr(0, word.find('='));
+    std::vector<std::string> known;
+    for (const CLI::Option* o : subcommand->get_options())
+      for (const std::string& known_name : o->get_lnames()) known.push_back("--" + known_name);
+    return fmt::format("{0}: {1} is not expected{2}; see weft {0} --help", subcommand->get_name(),
+                       word, weft::io::did_you_mean(name, known));
+  }
+  return "there are words too many; see weft --help";
 }
 
 /// Whether the first word should be a subcommand and is none.
@@ -116,12 +136,15 @@ int main(int argc, char** argv) {
   try {
     std::vector<std::string> words = words_of(argc, argv);
     if (unknown_subcommand(app, words))
-      return fail(
-          fmt::format("subcommand: {} is not allowed; allowed: {}", words[0], subcommands_of(app)),
-          bad_input);
+      return fail(fmt::format("subcommand: {} is not allowed; allowed: {}{}", words[0],
+                              fmt::join(subcommands_of(app), ", "),
+                              weft::io::did_you_mean(words[0], subcommands_of(app))),
+                  bad_input);
     std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
     app.parse(words);
     return exit_code;
+  } catch (const CLI::ExtrasError&) {
+    return fail(unexpected_word(app), bad_input);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     return fail(fmt::format("{}; see weft --help", error.what()), bad_input);

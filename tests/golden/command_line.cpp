@@ -35,7 +35,11 @@ TEST_F(CommandLine, HelpIsAWordToo) {
 TEST_F(CommandLine, MistakesAreOneLine) {
   expect_refused({}, "weft: ");
   expect_refused({"run"}, "scene is required");
-  expect_refused({"run", "small.json", "--fraems", "3"}, "--fraems");
+  expect_refused({"run", "small.json", "--fraems", "3"},
+                 "run: --fraems is not expected; did you mean \"--frames\"?");
+  expect_refused({"run", "small.json", "--out=x"}, "did you mean \"--output\"?");
+  expect_refused({"run", "small.json", "more"}, "run: more is not expected; see weft run");
+  expect_refused({"rnu", "small.json"}, "did you mean \"run\"?");
   expect_refused({"run", "small.json", "--workers", "none"}, "--workers");
   expect_refused({"run", "small.json", "--set", "pins.0.cloth=a\nb"}, "pins");
 }

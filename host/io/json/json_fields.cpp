@@ -21,6 +21,8 @@ using nlohmann::json;
 constexpr std::size_t max_shown = 80;
 constexpr std::ptrdiff_t max_words = 40;
 constexpr std::size_t max_reason = 400;
+/// A word of so many characters stands for a longer one that begins with it.
+constexpr std::size_t begun_least = 4;
 
 const json empty_object = json::object();
 
@@ -103,15 +105,17 @@ json parse_json(std::string_view text, const std::string& file) {
 }
 
 std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
+  std::vector<std::size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
+    std::swap(before, above);
+    std::swap(above, row);
     row[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t above = row[j];
-      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = above;
+      const bool same = a[i - 1] == b[j - 1];
+      row[j] = std::min({above[j] + 1, row[j - 1] + 1, above[j - 1] + (same ? 0 : 1)});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) row[j] = std::min(row[j], before[j - 2] + 1);
     }
   }
   return row[b.size()];
@@ -123,7 +127,8 @@ std::optional<std::string> nearest_word(const std::string& word,
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   if (word.size() > 64) return best;
   for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(word, candidate);
+    const bool begun = word.size() >= begun_least && candidate.starts_with(word);
+    const std::size_t distance = begun ? 1 : edit_distance(word, candidate);
     // A word changed throughout is no slip.
     if (distance < best_distance && distance < candidate.size()) {
       best_distance = distance;
@@ -131,6 +136,11 @@ std::optional<std::string> nearest_word(const std::string& word,
     }
   }
   return best;
+}
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
+  const auto nearest = nearest_word(word, known);
+  return nearest ? "; did you mean \"" + *nearest + "\"?" : "";
 }
 
 std::string short_text(const json& value) {
@@ -208,10 +218,9 @@ Fields::Fields(const json& in, json& out, const std::string& file, std::string p
     if (const auto now = renamed_key(full))
       throw SceneError(file, path_of(key), "a name of version 0.1",
                        "its new name, \"" + *now + "\"");
-    const auto nearest = nearest_word(key, keys);
     const std::string shown = short_text(json(key));
     throw SceneError(file, path_of(shown.substr(1, shown.size() - 2)), "unknown key",
-                     joined(keys) + (nearest ? "; did you mean \"" + *nearest + "\"?" : ""));
+                     joined(keys) + did_you_mean(key, keys));
   }
 }
 
@@ -346,10 +355,7 @@ std::size_t Fields::choice(const std::string& key, const std::vector<std::string
     if (!value.is_string()) refuse(key, allowed);
     const auto& word = value.get_ref<const std::string&>();
     const auto found = std::find(words.begin(), words.end(), word);
-    if (found == words.end()) {
-      const auto nearest = nearest_word(word, words);
-      refuse(key, allowed + (nearest ? "; did you mean \"" + *nearest + "\"?" : ""));
-    }
+    if (found == words.end()) refuse(key, allowed + did_you_mean(word, words));
     result = static_cast<std::size_t>(found - words.begin());
   }
   record(key, words[result]);

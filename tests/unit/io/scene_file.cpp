@@ -365,6 +365,9 @@ TEST(NearestWord, FindsSlipsOnly) {
   EXPECT_EQ(nearest_word("fricton", {"thickness", "friction"}), "friction");
   EXPECT_EQ(nearest_word("wind", {"thickness", "friction"}), std::nullopt);
   EXPECT_EQ(nearest_word("xy", {"ab"}), std::nullopt);
+  EXPECT_EQ(nearest_word("--out", {"--device", "--output"}), "--output");
+  EXPECT_EQ(nearest_word("out", {"output"}), std::nullopt);
+  EXPECT_EQ(nearest_word("--obdy", {"--only", "--body"}), "--body");
 }
 
 }  // namespace

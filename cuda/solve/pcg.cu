@@ -28,7 +28,7 @@ struct CollectiveShared {
   int over;
 };
 
-/// Shared memory of a block whose first tile is resident.
+/// Shared memory of a block whose first tile is resident; of another, what comes first.
 template <class T, Kind kind, int lane_rows>
 struct ResidentShared {
   CollectiveShared<T, kind, lane_rows> collective;

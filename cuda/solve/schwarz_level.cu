@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "cuda/exec/launch.cuh"
-#include "cuda/exec/sums.cuh"
 
 namespace weft {
 namespace {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "weft/core/vec.hpp"
@@ -91,9 +92,10 @@ class JsonArchive {
   }
   template <class T>
   static T named(const std::string& name) {
-    constexpr int values_max = 16;
-    for (int k = 0; k < values_max; ++k)
-      if (name == describe(static_cast<T>(k))) return static_cast<T>(k);
+    // describe() calls what comes after the last enumerator "unknown".
+    const auto name_of = [](int k) { return std::string_view(describe(static_cast<T>(k))); };
+    for (int k = 0; name_of(k) != "unknown"; ++k)
+      if (name == name_of(k)) return static_cast<T>(k);
     throw Json::other_error::create(501, "no such value: " + name, nullptr);
   }
 

@@ -72,7 +72,8 @@ TEST(JsonArchive, KeepTheirValuesWhereTheFileLacksThem) {
 
 TEST(JsonArchive, RefuseWhatIsSomethingElse) {
   for (const char* text : {R"({})", R"([])", R"({"count": "one"})", R"({"count": 1, "level": "x"})",
-                           R"({"count": 1, "place": [1]})", R"({"count": 1, "share": "y"})"})
+                           R"({"count": 1, "level": "unknown"})", R"({"count": 1, "place": [1]})",
+                           R"({"count": 1, "share": "y"})"})
     EXPECT_THROW(read_fields<Outer>(Json::parse(text), {"count"}), Json::exception) << text;
 }
 

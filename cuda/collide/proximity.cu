@@ -27,11 +27,11 @@ __device__ bool measure(const ProximityRule<T>& rule, std::uint32_t number) {
   rule.add(lane, number);
   T closing[1];
   T reach[1];
-  bool apart[1];
-  rule.look(lane, closing, reach, apart);
-  T distance = reach[0];
+  T gap[1];
+  rule.look(lane, closing, reach, gap);
+  T distance = gap[0];
   bool near = false;
-  if (!apart[0]) {
+  if (!(gap[0] > reach[0])) {
     distance = rule.template approach<First>(lane.corners(0)).distance;
     near = rule.template is_near<First>(lane.corners(0), distance, closing[0]);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/collide/close_pairs.hpp"
+#include "host/collide/known_pairs.hpp"
 #include "host/exec/host_device.hpp"
 
 namespace weft {
@@ -15,55 +16,65 @@ class ProximityFinder {
 
   void find() {
     CollideCounts& counts = a_.counts[0];
-    const bool all = has_all_pairs(a_);
-    if (all) find<1>(static_cast<std::size_t>(counts.face_pairs));
+    if (!has_all_pairs(a_)) {
+      counts.face_contacts = counts.contacts = 0;
+      counts.slide = 0;
+      return;
+    }
+    KnownPairs<T> known(a_);
+    find<1>(static_cast<std::size_t>(counts.face_pairs), known);
     counts.face_contacts = static_cast<Index>(count_);
-    if (all) find<2>(static_cast<std::size_t>(counts.edge_pairs));
+    find<2>(static_cast<std::size_t>(counts.edge_pairs), known);
+    known.finish();
     counts.contacts = static_cast<Index>(count_);
     counts.slide = slide_;
   }
 
  private:
   template <int First>
-  void find(std::size_t pairs) {
+  void find(std::size_t pairs, KnownPairs<T>& known) {
     const ProximityRule<T> rule(a_);
     PairLanes<T, First> lanes;
     ClosePairs<T, First> close;
     for (std::size_t i = 0; i < pairs; ++i) {
+      if (known.template passes_over<First>(rule.template pair<First>(i), i,
+                                            rule.template separation_bound<First>(i)))
+        continue;
       rule.add(lanes, i);
-      if (lanes.full()) look(rule, lanes, close);
+      if (lanes.full()) look(rule, lanes, close, known);
     }
-    look(rule, lanes, close);
-    look(rule, close);
+    look(rule, lanes, close, known);
+    look(rule, close, known);
   }
 
   /// Writes the separation bounds of pairs that boxes or planes keep apart, passes on the others,
   /// and empties the lanes.
   template <int First>
-  void look(const ProximityRule<T>& rule, PairLanes<T, First>& lanes, ClosePairs<T, First>& close) {
+  void look(const ProximityRule<T>& rule, PairLanes<T, First>& lanes, ClosePairs<T, First>& close,
+            KnownPairs<T>& known) {
     constexpr int width = PairLanes<T, First>::width;
-    T closing[width], reach[width];
+    T closing[width], reach[width], gap[width];
     float separation_bound[width];
-    bool apart[width];
-    rule.look(lanes, closing, reach, apart);
+    rule.look(lanes, closing, reach, gap);
     for (int k = 0; k < width; ++k)
-      separation_bound[k] = rule.separation_bound_of(reach[k], closing[k], lanes.size(k));
+      separation_bound[k] = rule.separation_bound_of(gap[k], closing[k], lanes.size(k));
     for (int k = 0; k < lanes.count(); ++k) {
-      if (apart[k]) {
+      if (gap[k] > reach[k]) {
         rule.template separation_bound<First>(lanes.number(k)) = separation_bound[k];
+        known.template keep<First>(lanes.number(k), gap[k]);
         continue;
       }
       const Index* v = lanes.corners(k);
       close.add({lanes.number(k), {v[0], v[1], v[2], v[3]}, closing[k], reach[k], lanes.size(k)},
                 a_.positions_t0);
-      if (close.full()) look(rule, close);
+      if (close.full()) look(rule, close, known);
     }
     lanes.clear();
   }
 
   /// Writes each pair's separation bound, appends contacts, and empties the lanes.
   template <int First>
-  void look(const ProximityRule<T>& rule, ClosePairs<T, First>& close) {
+  void look(const ProximityRule<T>& rule, ClosePairs<T, First>& close, KnownPairs<T>& known) {
     T bound[ClosePairs<T, First>::width];
     close.distance_bounds(bound);
     for (int k = 0; k < close.count(); ++k) {
@@ -75,6 +86,7 @@ class ProximityFinder {
       rule.template separation_bound<First>(pair.number) =
           role == PairRole::apart ? rule.separation_bound_of(distance, pair.closing, pair.size)
                                   : separation_bound_of_contact;
+      known.template keep<First>(pair.number, distance);
     }
     close.clear();
   }

@@ -19,8 +19,8 @@ constexpr std::size_t out_of_bounds_share = 16;
 constexpr std::size_t dirty_per_vertex = 16;
 constexpr std::size_t update_pairs_max = 1 << 16;
 
-/// Separation bound of pairs that nobody has measured. It must not be separation_bound_of_contact.
-constexpr float separation_bound_unknown = -std::numeric_limits<float>::max();
+/// Bounds of pairs that nobody has measured. It must not be separation_bound_of_contact.
+constexpr float bound_unknown = -std::numeric_limits<float>::max();
 
 bool comes_before(const Pair& p, const Pair& q) {
   return p.a != q.a ? p.a < q.a : p.b < q.b;
@@ -42,18 +42,20 @@ void make_room(Buffer<Item>& list, std::size_t count, std::size_t more) {
 }
 
 /// Merges pairs into those of a host's list that is ordered and has room for them.
-void merge(Buffer<Pair>& pairs, Buffer<float>& separation_bound, std::size_t count,
-           const std::vector<Pair>& more) {
+void merge(Buffer<Pair>& pairs, Buffer<float>& separation_bound, Buffer<float>& distance,
+           std::size_t count, const std::vector<Pair>& more) {
   for (std::size_t left = more.size(); left > 0;) {
     const std::size_t to = count + left - 1;
     if (count > 0 && comes_before(more[left - 1], pairs.data()[count - 1])) {
       --count;
       pairs.data()[to] = pairs.data()[count];
       separation_bound.data()[to] = separation_bound.data()[count];
+      distance.data()[to] = distance.data()[count];
     } else {
       --left;
       pairs.data()[to] = more[left];
-      separation_bound.data()[to] = separation_bound_unknown;
+      separation_bound.data()[to] = bound_unknown;
+      distance.data()[to] = bound_unknown;
     }
   }
 }
@@ -188,11 +190,15 @@ void ContactDetection<T>::launch_added(int r) {
     const MemoryName name("pairs");
     make_room(rank.face_pairs, old_faces, added.face_pairs.size());
     make_room(rank.face_separation_bound, old_faces, added.face_pairs.size());
+    make_room(rank.face_distance, old_faces, added.face_pairs.size());
     make_room(rank.edge_pairs, old_edges, added.edge_pairs.size());
     make_room(rank.edge_separation_bound, old_edges, added.edge_pairs.size());
+    make_room(rank.edge_distance, old_edges, added.edge_pairs.size());
     submit_host(queue, [&rank, &added, old_faces, old_edges] {
-      merge(rank.face_pairs, rank.face_separation_bound, old_faces, added.face_pairs);
-      merge(rank.edge_pairs, rank.edge_separation_bound, old_edges, added.edge_pairs);
+      merge(rank.face_pairs, rank.face_separation_bound, rank.face_distance, old_faces,
+            added.face_pairs);
+      merge(rank.edge_pairs, rank.edge_separation_bound, rank.edge_distance, old_edges,
+            added.edge_pairs);
     });
     return;
   }
@@ -200,7 +206,7 @@ void ContactDetection<T>::launch_added(int r) {
   // these lists.
   unordered_ = true;
   added.separation_bound.assign(std::max(added.face_pairs.size(), added.edge_pairs.size()),
-                                separation_bound_unknown);
+                                bound_unknown);
   const auto append = [&](Buffer<Pair>& pairs, Buffer<float>& separation_bound, std::size_t at,
                           const std::vector<Pair>& more) {
     queue.copy(pairs.data() + at, more.data(), more.size() * sizeof(Pair));

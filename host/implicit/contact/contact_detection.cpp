@@ -110,6 +110,14 @@ typename ContactDetection<T>::Rank ContactDetection<T>::make_rank(int r,
   rank.own_contacts = Buffer<Contact<T>>(device, contacts);
   rank.contacts = Buffer<Contact<T>>(device, contacts);
   rank.collisions = Buffer<Collision>(device, 1024);
+  if (device.backend() == Backend::host) {
+    const MemoryName of_pairs("pairs");
+    rank.face_distance = Buffer<float>(device, faces);
+    rank.edge_distance = Buffer<float>(device, edges);
+    rank.measured = Buffer<Vec3<T>>(device, m.positions.size());
+    rank.motions = Buffer<PrimitiveMotion<T>>(
+        device, m.positions.size() + m.edges.size() + m.triangles.size());
+  }
   return rank;
 }
 
@@ -149,6 +157,7 @@ CollidePairs<T> ContactDetection<T>::search_of(int r) const {
 template <class T>
 void ContactDetection<T>::launch_pairs(int r) {
   broad_phase_.launch_pairs(r, search_of(r));
+  ranks_[static_cast<std::size_t>(r)].distances_hold = false;
 }
 
 template <class T>
@@ -189,12 +198,16 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           static_cast<T>(seams_pull_ ? closed_share_while_sewn : closed_share_of_loads),
           !seams_pull_,
           static_cast<T>(length(store_.scene().gravity)),
-          g.cut.span()};
+          g.cut.span(),
+          {rank.face_distance.span(), rank.edge_distance.span(), rank.measured.span(),
+           rank.motions.span(), rank.distances_hold}};
 }
 
 template <class T>
 void ContactDetection<T>::launch_proximity(int r) {
   launch(store_.devices()[r].compute(), proximity_of(r));
+  Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  rank.distances_hold = rank.face_distance.size() > 0;
 }
 
 template <class T>
@@ -222,6 +235,10 @@ bool ContactDetection<T>::grow_where_full() {
     grow(rank.own_contacts, counts_[n].contacts);
     rank.face_separation_bound.resize(rank.face_pairs.size());
     rank.edge_separation_bound.resize(rank.edge_pairs.size());
+    if (rank.measured.size() > 0) {
+      rank.face_distance.resize(rank.face_pairs.size());
+      rank.edge_distance.resize(rank.edge_pairs.size());
+    }
     rank.scratch.resize(
         scratch_size(rank.scratch.device(), rank.face_pairs.size(), rank.edge_pairs.size()));
   }

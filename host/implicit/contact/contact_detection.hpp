@@ -102,7 +102,12 @@ class ContactDetection {
     Buffer<Contact<T>> own_contacts, contacts;
     Buffer<Collision> collisions;
     Buffer<CollideCounts> counts;
-    Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
+    Buffer<std::uint32_t> scratch;               ///< of the narrow phase in CUDA; else empty
+    /// See KnownDistances; in CUDA empty.
+    Buffer<float> face_distance = {}, edge_distance = {};
+    Buffer<Vec3<T>> measured = {};
+    Buffer<PrimitiveMotion<T>> motions = {};
+    bool distances_hold = false;
   };
 
   /// Buffers of CollideCandidateUpdate, allocated on first use.

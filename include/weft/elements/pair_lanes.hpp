@@ -103,12 +103,11 @@ class PairLanes {
       }
   }
 
-  /// Whether the plane through a face, or those parallel to both edges, keep each pair farther
-  /// apart than reach at the start, in spite of rounding: detail::plane_gap_exceeds, lane by lane.
-  WEFT_HD void plane_exceeds(const T reach[width], bool out[width]) const noexcept {
+  /// Gap between the planes through each face and its vertex, or through both edges: lower bounds
+  /// of their distances at the start, in spite of rounding. [m]
+  WEFT_HD void plane_gap(T out[width]) const noexcept {
     constexpr T tiny = std::numeric_limits<T>::min();
     constexpr T epsilon = std::numeric_limits<T>::epsilon();
-    T excess[width];
     for (int k = 0; k < width; ++k) {
       T e[2][3];
       T r[3];
@@ -123,13 +122,12 @@ class PairLanes {
       const T n_sq = n0 * n0 + n1 * n1 + n2 * n2;
       const T size = (std::fabs(e[0][0]) + std::fabs(e[0][1]) + std::fabs(e[0][2])) *
                      (std::fabs(e[1][0]) + std::fabs(e[1][1]) + std::fabs(e[1][2]));
-      const T far = std::fabs(r[0]) + std::fabs(r[1]) + std::fabs(r[2]) + reach[k];
-      const T needed = reach[k] * std::sqrt(n_sq) + T(16) * epsilon * size * far + tiny;
-      const T gap = std::fabs(n0 * r[0] + n1 * r[1] + n2 * r[2]);
+      const T far = std::fabs(r[0]) + std::fabs(r[1]) + std::fabs(r[2]);
+      const T gap = std::fabs(n0 * r[0] + n1 * r[1] + n2 * r[2]) - T(16) * epsilon * size * far;
+      const T distance = (T(1) - T(8) * epsilon) * (gap - tiny) / std::sqrt(n_sq);
       // Relative error bounds do not hold where squares underflow.
-      excess[k] = n_sq > tiny / epsilon ? gap - needed : T(-1);
+      out[k] = n_sq > tiny / epsilon ? distance : T(0);
     }
-    for (int k = 0; k < width; ++k) out[k] = excess[k] > T(0);
   }
 
  private:

@@ -133,16 +133,17 @@ class ContinuousRule {
     T closing[Width];
     T reach[Width];
     T gap[Width];
-    bool apart[Width];
+    T plane_gap[Width];
     lanes.closing(closing);
     // Displacements round at the size of the coordinates; a hundredth on top covers the rest.
     for (int k = 0; k < Width; ++k)
       reach[k] = T(1.0001) * static_cast<T>(a_.separation) + T(1.01) * closing[k] +
                  T(8) * epsilon<T> * lanes.size(k);
     lanes.box_gap(gap);
-    lanes.plane_exceeds(reach, apart);
+    lanes.plane_gap(plane_gap);
     for (int k = 0; k < lanes.count(); ++k)
-      out[k] = !(gap[k] > reach[k] || apart[k] || farther<First>(lanes.corners(k), reach[k]));
+      out[k] = !(gap[k] > reach[k] || plane_gap[k] > reach[k] ||
+                 farther<First>(lanes.corners(k), reach[k]));
   }
 
   /// The certified test, in double.

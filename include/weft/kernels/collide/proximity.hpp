@@ -17,6 +17,7 @@
 #include "weft/exec/launch.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/state/contact.hpp"
+#include "weft/state/known_distances.hpp"
 #include "weft/state/surface.hpp"
 #include "weft/state/touched.hpp"
 
@@ -98,6 +99,7 @@ struct CollideProximity {
   bool may_rest = true;
   T gravity = T(0);                    ///< [m/s^2] size; 0: no contact counts as heavily loaded
   Span<const unsigned char> cut = {};  ///< [cloth edges] see Model::cut; empty: none is
+  KnownDistances<T> known = {};        ///< on the host: from the call before, and for the next one
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -174,17 +176,17 @@ class ProximityRule {
     lanes.add(v, number, a_.positions_t0, a_.positions_t1);
   }
 
-  /// Of each lane, most that it can close by, and how far apart it must be to be left alone. [m]
-  /// @param apart whether it certainly is
+  /// Of each lane: the most that it can close by, how far apart it must be to be left alone, and a
+  /// lower bound of its distance at the start. [m]
   template <int First, int Width>
   WEFT_HD void look(const PairLanes<T, First, Width>& lanes, T closing[Width], T reach[Width],
-                    bool apart[Width]) const noexcept {
-    T gap[Width];
+                    T gap[Width]) const noexcept {
+    T plane_gap[Width];
     lanes.closing(closing);
     for (int k = 0; k < Width; ++k) reach[k] = a_.thickness + T(1.01) * closing[k];
     lanes.box_gap(gap);
-    lanes.plane_exceeds(reach, apart);
-    for (int k = 0; k < Width; ++k) apart[k] = apart[k] || gap[k] > reach[k];
+    lanes.plane_gap(plane_gap);
+    for (int k = 0; k < Width; ++k) gap[k] = greater(plane_gap[k], gap[k]);
   }
 
   template <int First>

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
+#include "weft/core/vec.hpp"
+#include "weft/elements/scalar.hpp"
+#include "weft/kernels/collide/proximity.hpp"
+#include "weft/state/known_distances.hpp"
+
+namespace weft {
+
+/// The pairs that KnownDistances keeps from being measured. Two primitives come closer by no more
+/// than the distance of the centres of their displacements and the radii around these, which is
+/// also the most that PairLanes::closing() can say. What is passed over is therefore no contact.
+template <class T>
+class KnownPairs {
+ public:
+  explicit KnownPairs(const CollideProximity<T>& args)
+      : a_(args),
+        vertices_(args.known.motions.data()),
+        edges_(vertices_ + args.positions_t0.size()),
+        faces_(edges_ + args.surface.edges.size()),
+        holds_(args.known.hold) {
+    if (!holds_ && a_.known.faces.empty()) return;
+    T size = T(0);
+    for (std::size_t v = 0; v < a_.positions_t0.size(); ++v)
+      for (int c = 0; c < 3; ++c)
+        size = std::max({size, std::fabs(a_.positions_t0[v][c]), std::fabs(a_.positions_t1[v][c])});
+    rounding_ = T(8) * epsilon<T> * size;
+    if (holds_) find_motions();
+  }
+
+  /// Takes off a pair's bound what its primitives have moved since.
+  /// @param bound [m] the pair's separation bound, written where it is passed over
+  /// @return whether the pair is certainly no contact
+  template <int First>
+  bool passes_over(const Pair& pair, std::size_t number, float& bound) {
+    if (!holds_) return false;
+    const PrimitiveMotion<T>& p = (First == 1 ? vertices_ : edges_)[pair.a];
+    const PrimitiveMotion<T>& q = (First == 1 ? faces_ : edges_)[pair.b];
+    float& known = distances<First>()[number];
+    known -= static_cast<float>(T(1.0001) * closing(p.before, q.before));
+    const T distance = known;
+    const T ahead = closing(p.ahead, q.ahead);
+    // Not "<": where something is not a number the pair has to be measured.
+    if (!(distance - T(1.01) * ahead > T(1.0001) * a_.thickness + rounding_)) return false;
+    bound = static_cast<float>(distance - T(1.0001) * ahead - rounding_);
+    return true;
+  }
+
+  /// @param distance [m] lower bound at the start
+  template <int First>
+  void keep(std::size_t number, T distance) {
+    if (!a_.known.faces.empty())
+      distances<First>()[number] = static_cast<float>(T(0.9999) * distance - rounding_);
+  }
+
+  /// To be called when all pairs have been passed over or measured.
+  void finish() {
+    if (!a_.known.faces.empty())
+      std::copy_n(a_.positions_t0.data(), a_.positions_t0.size(), a_.known.positions.data());
+  }
+
+ private:
+  template <int First>
+  float* distances() const {
+    return (First == 1 ? a_.known.faces : a_.known.edges).data();
+  }
+
+  static T closing(const DisplacementBall<T>& p, const DisplacementBall<T>& q) {
+    return length(p.centre - q.centre) + p.radius + q.radius;
+  }
+
+  void find_motions() {
+    const Vec3<T>* x = a_.positions_t0.data();
+    for (std::size_t v = 0; v < a_.positions_t0.size(); ++v)
+      vertices_[v] = {{x[v] - a_.known.positions[v], T(0)}, {a_.positions_t1[v] - x[v], T(0)}};
+    for (std::size_t e = 0; e < a_.surface.edges.size(); ++e)
+      edges_[e] = around<2>(a_.surface.edges[e].v);
+    for (std::size_t f = 0; f < a_.triangles.size(); ++f) faces_[f] = around<3>(a_.triangles[f].v);
+  }
+  template <int Corners>
+  PrimitiveMotion<T> around(const Index* v) const {
+    return {ball<Corners>(v, &PrimitiveMotion<T>::before),
+            ball<Corners>(v, &PrimitiveMotion<T>::ahead)};
+  }
+  template <int Corners>
+  DisplacementBall<T> ball(const Index* v, DisplacementBall<T> PrimitiveMotion<T>::*which) const {
+    DisplacementBall<T> ball{{}, T(0)};
+    for (int j = 0; j < Corners; ++j) ball.centre += (vertices_[v[j]].*which).centre;
+    ball.centre = (T(1) / Corners) * ball.centre;
+    T most = T(0);
+    for (int j = 0; j < Corners; ++j)
+      most = std::max(most, length_sq((vertices_[v[j]].*which).centre - ball.centre));
+    ball.radius = std::sqrt(most);
+    return ball;
+  }
+
+  const CollideProximity<T>& a_;
+  PrimitiveMotion<T>* vertices_;
+  PrimitiveMotion<T>* edges_;
+  PrimitiveMotion<T>* faces_;
+  T rounding_ = T(0);  ///< [m] of what is computed from positions
+  bool holds_;
+};
+
+}  // namespace weft

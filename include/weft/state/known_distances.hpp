@@ -1,0 +1,31 @@
+#pragma once
+
+#include "weft/core/span.hpp"
+#include "weft/core/vec.hpp"
+
+namespace weft {
+
+/// Ball around the displacements of a primitive's corners. [m]
+template <class T>
+struct DisplacementBall {
+  Vec3<T> centre;
+  T radius;
+};
+
+/// How a primitive has moved since its pairs were measured, and how it moves in the prediction.
+template <class T>
+struct PrimitiveMotion {
+  DisplacementBall<T> before, ahead;
+};
+
+/// Lower bounds of the distances of pairs at some positions, kept so that pairs which cannot have
+/// come close since are not measured again. On the host only.
+template <class T>
+struct KnownDistances {
+  Span<float> faces, edges;          ///< [capacity of the pairs] [m]; empty: not kept
+  Span<Vec3<T>> positions;           ///< [vertices] [m] at which they are bounds
+  Span<PrimitiveMotion<T>> motions;  ///< scratch [vertices + edges + faces]
+  bool hold = false;                 ///< false: the pairs are new, nothing is known of them
+};
+
+}  // namespace weft

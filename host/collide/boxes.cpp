@@ -7,6 +7,33 @@
 namespace weft {
 namespace {
 
+/// hull() and grown() of eight boxes at once, written so that compilers keep them in vector
+/// registers.
+template <class T>
+void add_to_hull(const Cluster<T>& more, Cluster<T>& whole) {
+  for (int c = 0; c < 3; ++c)
+    for (Index k = 0; k < cluster_size; ++k) {
+      whole.lo[c][k] = whole.lo[c][k] < more.lo[c][k] ? whole.lo[c][k] : more.lo[c][k];
+      whole.hi[c][k] = whole.hi[c][k] > more.hi[c][k] ? whole.hi[c][k] : more.hi[c][k];
+    }
+}
+template <class T>
+void grow(T by, Cluster<T>& boxes) {
+  Cluster<T> all = boxes;
+  for (int c = 0; c < 3; ++c)
+    for (Index k = 0; k < cluster_size; ++k) {
+      const BoxOf<T> box = grown(BoxOf<T>{{all.lo[c][k], 0, 0}, {all.hi[c][k], 0, 0}}, by);
+      boxes.lo[c][k] = box.lo[0];
+      boxes.hi[c][k] = box.hi[0];
+    }
+}
+template <class T>
+BoxOf<T> hull_of(const Cluster<T>& boxes) {
+  BoxOf<T> whole = lane_of<T>(boxes, 0);
+  for (Index k = 1; k < cluster_size; ++k) whole = hull(whole, lane_of<T>(boxes, k));
+  return whole;
+}
+
 template <class T>
 class BoxMaker {
  public:
@@ -70,19 +97,53 @@ class BoxMaker {
   /// @return the boxes around cluster k, which are the same unless the motion is split
   SplitBox<float> make_cluster(int kind, Index k) const {
     const ClusterList<T>& list = a_.lists[kind];
-    SplitBox<T> whole{empty_box<T>(), empty_box<T>()};
-    for (Index lane = 0; lane < cluster_size; ++lane) {
-      const Index number = k * cluster_size + lane;
-      SplitBox<T> box{empty_box<T>(), empty_box<T>()};
-      if (number < list.count) {
-        box.end = primitive_box(a_, kind, list.first + number);
-        box.start = split_ ? start_box(a_, kind, list.first + number) : box.end;
-      }
-      whole = {hull(whole.start, box.start), hull(whole.end, box.end)};
-      set_lane(list.clusters.data()[k], lane, box.start);
-      if (ends_wanted(kind)) set_lane(list.ends.data()[k], lane, box.end);
+    Cluster<T>& starts = list.clusters.data()[k];
+    Cluster<T> ends;
+    make_boxes(
+        kind, k, [this](Index v) { return a_.swept_aabb.data()[v]; }, ends);
+    if (split_)
+      make_boxes(
+          kind, k, [this](Index v) { return start_of(v); }, starts);
+    else
+      starts = ends;
+    if (ends_wanted(kind)) list.ends.data()[k] = ends;
+    return {around(hull_of(starts)), around(hull_of(ends))};
+  }
+
+  /// Boxes of cluster k, with reach, around box_of(v) of their corners.
+  template <class BoxOfVertex>
+  void make_boxes(int kind, Index k, BoxOfVertex box_of, Cluster<T>& out) const {
+    const ClusterList<T>& list = a_.lists[kind];
+    const Index first = list.first + k * cluster_size;
+    const Index count = std::min(cluster_size, list.count - k * cluster_size);
+    const auto of_corner = [&](auto corner, Cluster<T>& boxes) {
+      for (Index lane = 0; lane < cluster_size; ++lane)
+        set_lane(boxes, lane, box_of(corner(first + std::min(lane, count - 1))));
+    };
+    Cluster<T> more;
+    const auto add_corner = [&](auto corner) {
+      of_corner(corner, more);
+      add_to_hull(more, out);
+    };
+    if (kind < cloth_faces) {
+      of_corner([](Index i) { return i; }, out);
+    } else if (kind < cloth_edges) {
+      const Tri* t = a_.triangles.data();
+      of_corner([t](Index i) { return t[i].v[0]; }, out);
+      add_corner([t](Index i) { return t[i].v[1]; });
+      add_corner([t](Index i) { return t[i].v[2]; });
+    } else {
+      const Edge* e = a_.edges.data();
+      of_corner([e](Index i) { return e[i].v[0]; }, out);
+      add_corner([e](Index i) { return e[i].v[1]; });
     }
-    return {around(whole.start), around(whole.end)};
+    grow(a_.reach, out);
+    for (Index lane = count; lane < cluster_size; ++lane) set_lane(out, lane, empty_box<T>());
+  }
+
+  BoxOf<T> start_of(Index v) const {
+    const Vec3<T>& p = a_.positions_t0.data()[v];
+    return grown(BoxOf<T>{{p[0], p[1], p[2]}, {p[0], p[1], p[2]}}, T(0));
   }
 
   const CollideBoxes<T> a_;

@@ -259,14 +259,14 @@ bool ContactDetection<T>::candidates_valid() {
   if (!searched_ || unordered_) return false;
   if (!self_listed_ && !separation_.holds()) list_self_pairs();
   for (int r = 0; r < store_.devices().size(); ++r) {
-    const auto [begin, end] = vertices_of(r);
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
+    // Every rank tests all vertices: none then measures pairs in vain because of another's.
     launch(store_.devices()[r].compute(),
            CollideOutOfBounds<T>{store_.rank(r).positions.span(),
                                  motion_[static_cast<std::size_t>(r)].positions_t1.span(),
-                                 broad_phase_.swept_aabb(r), begin, end, rank.counts.span(),
-                                 broad_phase_.split(r)});
-    launch_proximity(r);  // does nothing if a vertex of this rank is out of bounds
+                                 broad_phase_.swept_aabb(r), 0, store_.model().vertex_count,
+                                 rank.counts.span(), broad_phase_.split(r)});
+    launch_proximity(r);  // does nothing if a vertex is out of bounds
   }
   read_counts();
   const bool hold = std::all_of(counts_.begin(), counts_.end(),

@@ -61,13 +61,12 @@ class PcgRank {
       if (!scalars.running) {
         if (scalars.asks_for_magnitude()) scalars.magnitude = magnitude();
         true_residual();
-        reduce(d);
+        multiply_and_reduce(d);
         if (!scalars.restart(a_, d)) break;
       }
       while (scalars.running) {
-        update(static_cast<T>(scalars.alpha), static_cast<T>(scalars.beta));
-        multiply(&SolvePcgPart<T>::u);
-        reduce(d);
+        rows_.update(static_cast<T>(scalars.alpha), static_cast<T>(scalars.beta));
+        multiply_and_reduce(d);
         scalars.advance(a_, d);
       }
     }
@@ -92,13 +91,6 @@ class PcgRank {
     }
   }
 
-  /// w = A vector in free rows, zero in fixed ones.
-  void multiply(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
-    exchange(vector);
-    rows_.multiply(me_.*vector);
-    if (tracked_.any() && vector == &SolvePcgPart<T>::u) tracked_.project_residual(me_.w);
-  }
-
   /// 2-norm of |A| |x| + |b| in free rows.
   double magnitude() {
     exchange(&SolvePcgPart<T>::x);
@@ -109,26 +101,32 @@ class PcgRank {
     return std::sqrt(d[0]);
   }
 
-  /// r = b - A x in free rows, u = P r, w = A u.
+  /// r = b - A x in free rows, u = P r.
   void true_residual() {
     if (tracked_.any()) tracked_.meet(me_.x);
-    multiply(&SolvePcgPart<T>::x);
+    exchange(&SolvePcgPart<T>::x);
+    rows_.multiply(me_.x);
     rows_.take_residual();
     if (tracked_.any()) {
       tracked_.project_residual(me_.r);
       rows_.precondition();
     }
-    correct_all();
-    multiply(&SolvePcgPart<T>::u);
+    rows_.correct();
   }
 
   std::size_t parity() const { return (partial_epoch_ - a_.epoch) % 2; }
   double* own_partials() const { return me_.partial.data() + parity() * 3 * rows_.partials(); }
 
-  /// d = (r, u), (w, u), (r, r) over all ranks.
-  void reduce(double d[3]) {
+  /// w = A u, and d = (r, u), (w, u), (r, r) over all ranks.
+  void multiply_and_reduce(double d[3]) {
+    if (tracked_.any()) tracked_.project_direction(me_.u);
+    exchange(&SolvePcgPart<T>::u);
     ++partial_epoch_;
-    rows_.sum_products(own_partials());
+    rows_.multiply_and_sum(own_partials());
+    if (tracked_.any()) {
+      tracked_.project_residual(me_.w);
+      rows_.sum_products(own_partials());
+    }
     // One rank decides, and all see it in the same sum: they must leave the solve together.
     if (a_.rank == 0 && rows_.count() > 0 && a_.stop != nullptr &&
         a_.stop->load(std::memory_order_relaxed))
@@ -154,18 +152,6 @@ class PcgRank {
       const double* theirs = a_.parts[peer].partial.data() + parity() * 3 * rows_.partials();
       for (std::size_t n = 3 * first; n < 3 * last; ++n) all_[n] = theirs[n];
     }
-  }
-
-  /// One step along the direction that u gives, then u = P r.
-  void update(T alpha, T beta) {
-    rows_.update(alpha, beta);
-    correct_all();
-  }
-
-  /// Adds to u what all levels of aggregates make of r.
-  void correct_all() {
-    rows_.correct();
-    if (tracked_.any()) tracked_.project_direction(me_.u);
   }
 
   const SolvePcg<T> a_;

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "host/solve/aggregate.hpp"
 #include "host/solve/contact_product.hpp"
 #include "host/solve/slice_sums.hpp"
 #include "weft/kernels/solve/pcg.hpp"
@@ -109,6 +110,14 @@ class Rows {
     if (!me_.contact.count.empty()) gather_contacts(me_.contact, v.data()->e);
     multiply_range<true>({0, count()}, v);
   }
+  /// w = A u as above, and sum_products() to `out`, block by block.
+  void multiply_and_sum(double* out) const {
+    if (!me_.contact.count.empty()) gather_contacts(me_.contact, me_.u.data()->e);
+    for_each_block([&](std::size_t first, std::size_t last) {
+      multiply_range<true>({static_cast<Index>(first), static_cast<Index>(last)}, me_.u);
+      sum_products(first, last, out);
+    });
+  }
   /// The same in a range of rows, to the same bits.
   void multiply(const RowRange& range, Span<const Vec3<T>> v) const {
     multiply_range<false>(range, v);
@@ -121,49 +130,29 @@ class Rows {
   }
 
   /// u = P r but for aggregates.
-  void precondition() const {
-    for (std::size_t i = 0; i < rows_; ++i) own_u(i) = me_.inverse[i] * me_.r[i];
-  }
+  void precondition() const { precondition(0, rows_); }
 
-  /// One step along the direction that u gives, then u = P r but for aggregates.
+  /// One step along the direction that u gives, then u = P r: all of it a block of rows at a time,
+  /// while its vectors are in the cache.
   void update(T alpha, T beta) const {
-    if (rows_ == 0) return;
-    // Number by number, for vector registers: vectors that are put together in memory and copied
-    // from there at once would wait for their parts.
-    const auto old = [beta](T value) { return beta == T(0) ? T(0) : beta * value; };
-    const T* u = own_u(0).e;
-    const T* w = me_.w[0].e;
-    T* x = own_x(0).e;
-    T* p = me_.p[0].e;
-    T* s = me_.s[0].e;
-    T* r = me_.r[0].e;
-    for (std::size_t n = 0; n < 3 * rows_; ++n) {
-      p[n] = u[n] + old(p[n]);
-      x[n] += alpha * p[n];
-    }
-    for (std::size_t n = 0; n < 3 * rows_; ++n) {
-      s[n] = w[n] + old(s[n]);
-      r[n] -= alpha * s[n];
-    }
-    precondition();
+    for_each_block([&](std::size_t first, std::size_t last) {
+      if (beta == T(0))
+        step<true>(alpha, beta, first, last);
+      else
+        step<false>(alpha, beta, first, last);
+      precondition(first, last);
+      correct(first, last);
+    });
   }
 
   /// Adds to u what the aggregates that move as one make of r.
   void correct() const {
-    for (const SchwarzLevel<T>& level : me_.coarse) correct(level);
+    for_each_block([&](std::size_t first, std::size_t last) { correct(first, last); });
   }
 
   /// Own partial sums of (r, u), (w, u), (r, r), to [3 * partials()].
   void sum_products(double* out) const {
-    const std::size_t first_partial = static_cast<std::size_t>(begin_) / step_;
-    for (std::size_t row = 0, n = first_partial; row < rows_; row += step_, ++n) {
-      const std::size_t count = 3 * std::min(step_, rows_ - row);
-      const T* r = me_.r[row].e;
-      const T* u = own_u(row).e;
-      out[3 * n] = dot_block(r, u, count);
-      out[3 * n + 1] = dot_block(me_.w[row].e, u, count);
-      out[3 * n + 2] = dot_block(r, r, count);
-    }
+    for_each_block([&](std::size_t first, std::size_t last) { sum_products(first, last, out); });
   }
 
   /// Own partial sums of the square of |A| |x| + |b| in free rows. Overwrites w.
@@ -212,42 +201,88 @@ class Rows {
       if (fixed(i)) me_.w[i] = {};
   }
 
-  /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
-  void correct(const SchwarzLevel<T>& level) const {
-    if (level.aggregates == schwarz_aggregates_max)
-      correct<schwarz_aggregates_max>(level);
-    else if (level.aggregates >= 2)
-      correct<0>(level);
+  /// Calls use(first, last) for the rows of each reduction block. No domain crosses its bounds.
+  template <class Use>
+  void for_each_block(const Use& use) const {
+    for (std::size_t row = 0; row < rows_; row += step_) use(row, std::min(row + step_, rows_));
+  }
+
+  /// @tparam first_step p and s are nothing so far, and may not even be numbers
+  template <bool first_step>
+  void step(T alpha, T beta, std::size_t first, std::size_t last) const {
+    const std::size_t count = 3 * (last - first);
+    const auto along = [=](const T* by, T* direction, T* to, T factor) {
+      constexpr auto width = static_cast<std::size_t>(Simd<T>::width);
+      std::size_t n = 0;
+      for (; n + width <= count; n += width) {
+        auto d = load_values(by + n);
+        if constexpr (!first_step) d += beta * load_values(direction + n);
+        store_values(d, direction + n);
+        store_values(load_values(to + n) + factor * d, to + n);
+      }
+      for (; n < count; ++n) {
+        direction[n] = first_step ? by[n] : by[n] + beta * direction[n];
+        to[n] += factor * direction[n];
+      }
+    };
+    along(own_u(first).e, me_.p[first].e, own_x(first).e, alpha);
+    along(me_.w[first].e, me_.s[first].e, me_.r[first].e, -alpha);
+  }
+
+  void precondition(std::size_t first, std::size_t last) const {
+    // A row of these symmetric blocks is a column as well. What is stored beyond a vector is the
+    // next one's, which follows.
+    std::size_t i = first;
+    for (; i + 1 < last; ++i) {
+      const T* block = me_.inverse[i].e;
+      const Vec3<T>& r = me_.r[i];
+      store_values(
+          load_vector(block) * r[0] + load_vector(block + 3) * r[1] + load_vector(block + 6) * r[2],
+          own_u(i).e);
+    }
+    if (i < last) own_u(i) = me_.inverse[i] * me_.r[i];
+  }
+
+  void sum_products(std::size_t first, std::size_t last, double* out) const {
+    const std::size_t n = (static_cast<std::size_t>(begin_) + first) / step_;
+    const std::size_t count = 3 * (last - first);
+    const T* r = me_.r[first].e;
+    const T* u = own_u(first).e;
+    out[3 * n] = dot_block(r, u, count);
+    out[3 * n + 1] = dot_block(me_.w[first].e, u, count);
+    out[3 * n + 2] = dot_block(r, r, count);
+  }
+
+  /// u += weight R^T (R A R^T)^-1 R r in rows [first, last), domain by domain.
+  void correct(std::size_t first, std::size_t last) const {
+    for (const SchwarzLevel<T>& level : me_.coarse)
+      if (level.aggregates == schwarz_aggregates_max)
+        correct<schwarz_aggregates_max>(level, first, last);
+      else if (level.aggregates >= 2)
+        correct<0>(level, first, last);
   }
 
   /// @tparam fixed_aggregates of a domain; 0: as many as the level says. With a number that the
   ///                          compiler knows, the sums of a domain stay in registers.
   template <Index fixed_aggregates>
-  void correct(const SchwarzLevel<T>& level) const {
+  void correct(const SchwarzLevel<T>& level, std::size_t first_row, std::size_t last_row) const {
     const auto step = static_cast<std::size_t>(level.domain_rows());
     const auto size =
         static_cast<std::size_t>(fixed_aggregates > 0 ? 3 * fixed_aggregates : level.size());
     const auto rows = std::size_t{1} << level.shift;  // of an aggregate
-    const T* inverse = level.inverse.data();
-    for (std::size_t first = 0; first < rows_; first += step, inverse += size * size) {
-      const std::size_t count = std::min(step, rows_ - first);
-      T sum[3 * schwarz_aggregates_max] = {};
-      for (std::size_t begin = 0, k = 0; begin < count; begin += rows, k += 3) {
-        // Not in memory: each row would wait for the sum of the one before to arrive there.
-        Vec3<T> all{};
-        for (std::size_t i = begin; i < std::min(begin + rows, count); ++i)
-          all += me_.r.data()[first + i];
-        for (std::size_t c = 0; c < 3; ++c) sum[k + c] = all.e[c];
-      }
+    const T* inverse = level.inverse.data() + first_row / step * size * size;
+    const unsigned char* fixed = me_.fixed.data() + begin_;
+    for (std::size_t first = first_row; first < last_row; first += step, inverse += size * size) {
+      const std::size_t count = std::min(step, last_row - first);
+      T sum[3 * schwarz_aggregates_max + 1] = {};  // vectors are stored with a fourth number
+      for (std::size_t begin = 0, k = 0; begin < count; begin += rows, k += 3)
+        store_values(sum_of(me_.r.data() + first + begin, std::min(rows, count - begin)), sum + k);
       T move[3 * schwarz_aggregates_max] = {};
       for (std::size_t k = 0; k < size; ++k)
         for (std::size_t i = 0; i < size; ++i) move[i] += inverse[k * size + i] * sum[k];
-      for (std::size_t begin = 0, k = 0; begin < count; begin += rows, k += 3) {
-        const Vec3<T> by =
-            static_cast<T>(schwarz_weight) * Vec3<T>{move[k], move[k + 1], move[k + 2]};
-        for (std::size_t i = begin; i < std::min(begin + rows, count); ++i)
-          if (!fixed(first + i)) own_u(first + i) += by;
-      }
+      for (std::size_t begin = 0, k = 0; begin < count; begin += rows, k += 3)
+        add_to_all(static_cast<T>(schwarz_weight) * Vec3<T>{move[k], move[k + 1], move[k + 2]},
+                   fixed + first + begin, std::min(rows, count - begin), &own_u(first + begin));
     }
   }
 

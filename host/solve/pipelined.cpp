@@ -29,8 +29,8 @@ class PipelinedRank {
         rows_.take_residual();
         return rows_.correct();
       case PipelinedWork::update:
-        rows_.update(static_cast<T>(state_.scalars.alpha), static_cast<T>(state_.scalars.beta));
-        return rows_.correct();
+        return rows_.update(static_cast<T>(state_.scalars.alpha),
+                            static_cast<T>(state_.scalars.beta));
       case PipelinedWork::products:
         return rows_.sum_products(a_.part.partial.data());
       case PipelinedWork::magnitudes:

@@ -18,6 +18,8 @@ constexpr double margin_edges = 0.05;
 constexpr double margin_edges_at_rest = 0.15;
 constexpr double margin_of_change = 2;
 constexpr double margin_of_change_max = 4;  ///< in margins: an impact is no sign of another one
+/// Motions like that of the step that boxes have room for beyond it.
+constexpr double motions_ahead = 2;
 /// Largest displacement along an axis, in mean edges, from which on a search splits the motion.
 constexpr double split_edges = 0.5;
 /// A step that had to search again had too little room: the next one gets twice as much, up to
@@ -135,6 +137,7 @@ CollideBoxes<T> ContactDetection<T>::boxes_of(int r, double dt, double margin_fa
   boxes.margin = static_cast<T>(margin_factor * margin_edges * edge);
   boxes.margin_at_rest =
       static_cast<T>(std::max(margin_edges_at_rest, margin_factor * margin_edges) * edge);
+  boxes.motions_ahead = static_cast<T>(motions_ahead);
   boxes.change_time = static_cast<T>(margin_of_change * dt);
   boxes.change_max = static_cast<T>(margin_of_change_max * margin_factor * margin_edges * edge);
   boxes.reach = static_cast<T>(contact_thickness(store_.scene().contact) / 2);

@@ -54,7 +54,8 @@ enum ClusterKind {
 
 /// Swept boxes of all vertices, edges and faces over a motion from positions_t0 to positions_t1,
 /// and the mean size of the hulls of each kind, from which the grids take their cells. The box of a
-/// vertex is the hull of its ends, and of where its velocity alone takes it in `inertial_time`:
+/// vertex is the hull of its ends, of where so many `motions_ahead` would take it further, so that
+/// its pairs last for some steps, and of where its velocity alone takes it in `inertial_time`:
 /// what holds cloth against gravity leaves it there. It is grown by a margin: `margin`, or
 /// `margin_at_rest` if the whole motion is small enough for that to last for another step; and the
 /// change of its velocity in the last step times `change_time`, but no more than `change_max`.
@@ -92,6 +93,7 @@ struct CollideBoxes {
   T change_time;                                        ///< [s]
   T change_max = std::numeric_limits<T>::infinity();    ///< [m]
   T inertial_time = T(0);                               ///< [s]
+  T motions_ahead = T(0);                               ///< not of a motion that is split
   T reach;                                              ///< [m]
   T split_motion = std::numeric_limits<T>::infinity();  ///< [m]
   bool make_obstacles = true;                           ///< even if they have not moved
@@ -216,9 +218,10 @@ WEFT_HD bool stands_still(const CollideBoxes<T>& a, std::size_t v) noexcept {
 template <class T>
 WEFT_HD BoxOf<T> make_swept_aabb(const CollideBoxes<T>& a, std::size_t v, T margin,
                                  bool split) noexcept {
-  const Vec3<T> q = a.positions_t1.data()[v];
+  Vec3<T> q = a.positions_t1.data()[v];
   const Vec3<T> p = split ? q : a.positions_t0.data()[v];
   const bool cloth = v < static_cast<std::size_t>(a.cloth_vertex_count);
+  if (!split) q += a.motions_ahead * (q - p);
   BoxOf<T> box;
   for (int c = 0; c < 3; ++c) {
     box.lo[c] = p[c] < q[c] ? p[c] : q[c];

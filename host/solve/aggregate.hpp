@@ -29,17 +29,12 @@ struct FourVectors {
   }
 };
 
-/// Sum of `count` > 0 vectors; the fourth number has no meaning.
+/// Sum of `count` vectors; the fourth number has no meaning.
 template <class T>
-[[gnu::always_inline]] inline typename Simd<T>::Vector sum_of(const Vec3<T>* vectors,
-                                                              std::size_t count) noexcept {
-  const auto at = [vectors](std::size_t i) { return load_vector(vectors[i].e); };
-  typename Simd<T>::Vector sum[4] = {};
-  std::size_t i = 0;
-  for (; i + 4 <= count; i += 4)
-    for (std::size_t k = 0; k < 4; ++k) sum[k] += at(i + k);
-  for (; i < count; ++i) sum[i % 4] += at(i);
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+typename Simd<T>::Vector sum_of(const Vec3<T>* vectors, std::size_t count) noexcept {
+  typename Simd<T>::Vector sum{};
+  for (std::size_t i = 0; i < count; ++i) sum += load_vector(vectors[i].e);
+  return sum;
 }
 
 /// Adds the same to `count` vectors but those that are fixed.

@@ -112,6 +112,10 @@ class Rows {
   }
   /// w = A u as above, and sum_products() to `out`, block by block.
   void multiply_and_sum(double* out) const {
+    if (step_ % lanes != 0) {  // blocks are no whole slices
+      multiply(me_.u);
+      return sum_products(out);
+    }
     if (!me_.contact.count.empty()) gather_contacts(me_.contact, me_.u.data()->e);
     for_each_block([&](std::size_t first, std::size_t last) {
       multiply_range<true>({static_cast<Index>(first), static_cast<Index>(last)}, me_.u);
@@ -274,9 +278,12 @@ class Rows {
     const unsigned char* fixed = me_.fixed.data() + begin_;
     for (std::size_t first = first_row; first < last_row; first += step, inverse += size * size) {
       const std::size_t count = std::min(step, last_row - first);
-      T sum[3 * schwarz_aggregates_max + 1] = {};  // vectors are stored with a fourth number
-      for (std::size_t begin = 0, k = 0; begin < count; begin += rows, k += 3)
-        store_values(sum_of(me_.r.data() + first + begin, std::min(rows, count - begin)), sum + k);
+      T sum[3 * schwarz_aggregates_max + 1] = {};
+      std::size_t sums = 0;
+      for (std::size_t begin = 0; begin < count; begin += rows, sums += 3)
+        store_values(sum_of(me_.r.data() + first + begin, std::min(rows, count - begin)),
+                     sum + sums);
+      sum[sums] = T(0);  // where the fourth number of the last vector went
       T move[3 * schwarz_aggregates_max] = {};
       for (std::size_t k = 0; k < size; ++k)
         for (std::size_t i = 0; i < size; ++i) move[i] += inverse[k * size + i] * sum[k];

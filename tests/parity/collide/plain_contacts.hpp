@@ -93,10 +93,12 @@ inline bool plain_passes_by(const Point x[4], const Point y[4], int first, doubl
   return false;
 }
 
-/// Gap between the parallel planes through both primitives.
-inline double plain_plane_gap(const Point x[4], int first) {
-  const Point n = first == 1 ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1] - x[0], x[3] - x[2]);
-  return std::abs(dot(n, x[0] - x[first])) / length(n);
+/// Gap between the parallel planes through both primitives, less what rounding can make of it.
+inline double plain_plane_gap(const Point x[4], int first, double unit) {
+  const Point e = first == 1 ? x[2] - x[1] : x[1] - x[0], f = x[3] - x[first];
+  const Point n = cross(e, f), r = x[0] - x[first];
+  const auto sum = [](const Point& p) { return std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]); };
+  return (std::abs(dot(n, r)) - 16 * unit * sum(e) * sum(f) * sum(r)) / length(n);
 }
 
 /// What the contract of CollideProximity says of one pair, a sentence at a time, in double.
@@ -130,14 +132,15 @@ class PlainContacts {
     const double closing = plain_closing(u, first), thickness = double{a_.thickness};
     const double reach = thickness + 1.01 * closing;
     const PlainClosest start = plain_closest(x, first);
-    const bool apart = plain_plane_gap(x, first) > reach ||
-                       plain_box_gap({x, x + first}, {x + first, x + 4}) > reach;
+    constexpr double unit = std::numeric_limits<T>::epsilon();
+    const double gap = std::max(plain_plane_gap(x, first, unit),
+                                plain_box_gap({x, x + first}, {x + first, x + 4}));
     double size = 0;
     for (int c = 0; c < 3; ++c) size = std::max(size, std::abs(x[0][c]) + std::abs(u[0][c]));
-    Verdict verdict{0.9999 * (apart ? reach : start.distance()) - 1.0001 * closing -
-                        8 * double{std::numeric_limits<T>::epsilon()} * size,
-                    false,
-                    {}};
+    Verdict verdict{
+        0.9999 * (gap > reach ? gap : start.distance()) - 1.0001 * closing - 8 * unit * size,
+        false,
+        {}};
     if (start.distance() - closing < thickness && !plain_passes_by(x, y, first, thickness))
       meet(pair, first, v, x, y, start, verdict);
     return verdict;

@@ -1,6 +1,9 @@
 #include "weft/kernels/collide/proximity.hpp"
-#include "host/exec/host_devices.hpp"
 
+#include <cstring>
+#include <random>
+
+#include "host/exec/host_devices.hpp"
 #include "host/implicit/contact/swept_mesh.hpp"
 #include "tests/parity/collide/plain_contacts.hpp"
 
@@ -392,6 +395,94 @@ TEST(CollideProximitySeparationBound, IsALowerBoundOfTheGap) {
     }
     EXPECT_GT(positive, separation_bound.size() / 10);
   }
+}
+
+/// The pairs of a host, measured step by step with what is known of the steps before.
+template <class T>
+struct KnownDistancesOn {
+  ProximityOn<T> on;
+  Buffer<float> faces, edges;
+  Buffer<Vec3<T>> measured;
+  Buffer<PrimitiveMotion<T>> motions;
+  CollideProximity<T> args;
+
+  KnownDistancesOn(Device& device, const ProximityInput<T>& in)
+      : on(device, in, 20'000),
+        faces(device, in.face_pairs.size()),
+        edges(device, in.edge_pairs.size()),
+        measured(device, in.positions_t0.size()),
+        motions(device, in.positions_t0.size() + in.edges.size() + in.triangles.size()),
+        args(on.args(in.cloth)) {
+    args.known = {faces.span(), edges.span(), measured.span(), motions.span(), false};
+  }
+  const ProximityOn<T>* on_host() const { return &on; }
+  CollideCounts step(Device& device, const ProximityInput<T>& in) {
+    const CollideCounts counts =
+        on.launch_and_count(device, args, in.face_pairs.size(), in.edge_pairs.size());
+    args.known.hold = true;
+    return counts;
+  }
+};
+
+template <class T>
+class CollideProximityKnown : public ::testing::Test {};
+using Precisions = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(CollideProximityKnown, Precisions);
+
+/// Pairs that are passed over because of what was known of them are no contacts, and their
+/// separation bounds are ones.
+TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
+  using T = TypeParam;
+  ProximityInput<T> input;
+  const DeviceSet host = host_devices(1);
+  Device& device = host[0];
+  KnownDistancesOn<T> known(device, input);
+  const ProximityOn<T> afresh(device, input, 20'000);
+  std::size_t passed_over = 0;
+  for (int step = 0; step < 5; ++step) {
+    for (const ProximityOn<T>* on : {known.on_host(), &afresh}) {
+      std::copy(input.positions_t0.begin(), input.positions_t0.end(), on->positions_t0.data());
+      std::copy(input.positions_t1.begin(), input.positions_t1.end(), on->positions_t1.data());
+    }
+    const CollideCounts found = known.step(device, input);
+    const CollideCounts all = afresh.launch_and_count(
+        device, afresh.args(input.cloth), input.face_pairs.size(), input.edge_pairs.size());
+    ASSERT_GT(all.contacts, 100);
+    ASSERT_EQ(found.contacts, all.contacts);
+    ASSERT_EQ(found.face_contacts, all.face_contacts);
+    EXPECT_EQ(std::memcmp(known.on.contacts.data(), afresh.contacts.data(),
+                          static_cast<std::size_t>(all.contacts) * sizeof(Contact<T>)),
+              0);
+    const PlainContacts<T> plain(afresh.args(input.cloth));
+    for (std::size_t n = 0; n < input.face_pairs.size(); ++n) {
+      const float bound = known.on.face_separation_bound.data()[n];
+      const float measured = afresh.face_separation_bound.data()[n];
+      ASSERT_EQ(bound == separation_bound_of_contact, measured == separation_bound_of_contact);
+      if (bound == measured) continue;
+      ++passed_over;
+      const Tri& face = input.triangles[static_cast<std::size_t>(input.face_pairs[n].b)];
+      const Index v[4] = {input.face_pairs[n].a, face.v[0], face.v[1], face.v[2]};
+      for (int k = 0; k <= 8; ++k) {
+        Point x[4];
+        for (int j = 0; j < 4; ++j) {
+          const auto at = static_cast<std::size_t>(v[j]);
+          const Point from = vec_cast<double>(input.positions_t0[at]);
+          x[j] = from + (k / 8.0) * (vec_cast<double>(input.positions_t1[at]) - from);
+        }
+        ASSERT_LE(double{bound}, plain_closest(x, 1).distance()) << "pair " << n;
+      }
+    }
+    // The layers go on by a twentieth of what they did, and each vertex trembles.
+    std::mt19937 random(static_cast<unsigned>(step));
+    std::uniform_real_distribution<double> tremble(-1e-5, 1e-5);
+    for (std::size_t v = 0; v < input.positions_t0.size(); ++v) {
+      const Vec3<T> by = T(0.05) * (input.positions_t1[v] - input.positions_t0[v]);
+      input.positions_t0[v] += by;
+      for (int c = 0; c < 3; ++c) input.positions_t0[v][c] += static_cast<T>(tremble(random));
+      input.positions_t1[v] = input.positions_t0[v] + T(step % 2 == 0 ? 1 : 20) * by;
+    }
+  }
+  EXPECT_GT(passed_over, input.face_pairs.size() / 4);
 }
 
 /// Layers that are carried off together by most of an edge's length; the upper cloth slides on the

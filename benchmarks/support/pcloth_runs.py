@@ -110,8 +110,7 @@ def garment(take):
         pins.append({"cloth": f"skirt_{k}", "edge": "inner", "obstacle": "body"})
     body = {"name": "body", "friction": 0.3, "units": "cm",
             "capture": {"file": take, "first": 520, "last": 1000,
-                        "start_time": 0.1, "radius": {"Hips": 0.105, "Ab": 0.11, "Chest": 0.1},
-                        "edge": 0.02}}
+                        "start_time": 0.1, "radius": {"Hips": 0.105, "Ab": 0.11, "Chest": 0.1}}}
     return {"cloths": cloths, "obstacles": [body], "pins": pins}
 
 

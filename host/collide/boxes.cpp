@@ -19,10 +19,9 @@ void add_to_hull(const Cluster<T>& more, Cluster<T>& whole) {
 }
 template <class T>
 void grow(T by, Cluster<T>& boxes) {
-  Cluster<T> all = boxes;
   for (int c = 0; c < 3; ++c)
     for (Index k = 0; k < cluster_size; ++k) {
-      const BoxOf<T> box = grown(BoxOf<T>{{all.lo[c][k], 0, 0}, {all.hi[c][k], 0, 0}}, by);
+      const BoxOf<T> box = grown(BoxOf<T>{{boxes.lo[c][k], 0, 0}, {boxes.hi[c][k], 0, 0}}, by);
       boxes.lo[c][k] = box.lo[0];
       boxes.hi[c][k] = box.hi[0];
     }

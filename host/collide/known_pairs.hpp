@@ -43,7 +43,8 @@ class KnownPairs {
     const PrimitiveMotion<T>& p = (First == 1 ? vertices_ : edges_)[pair.a];
     const PrimitiveMotion<T>& q = (First == 1 ? faces_ : edges_)[pair.b];
     float& known = distances<First>()[number];
-    known -= static_cast<float>(T(1.0001) * closing(p.before, q.before));
+    // Rounded down: those of cloth at rest are kept for thousands of steps.
+    known -= static_cast<float>(T(1.0001) * closing(p.before, q.before)) + epsilon<float> * known;
     const T distance = known;
     const T ahead = closing(p.ahead, q.ahead);
     // Not "<": where something is not a number the pair has to be measured.

@@ -485,6 +485,39 @@ TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
   EXPECT_GT(passed_over, input.face_pairs.size() / 4);
 }
 
+/// What moves by less than a rounding of its distance in each step does not come close unseen.
+TEST(CollideProximityKnownOf, CountsMotionBelowItsRounding) {
+  const DeviceSet host = host_devices(1);
+  Device& device = host[0];
+  std::vector<Vec3<float>> x{{0.25f, 0.25f, 1.0f / 64}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  Buffer<Vec3<float>> positions(device, 4), measured(device, 4);
+  const Buffer<Pair> pairs = upload(device, std::vector<Pair>{{0, 0}});
+  const Buffer<Tri> triangles = upload(device, std::vector<Tri>{{{1, 2, 3}}});
+  Buffer<float> bound(device, 1), known(device, 1);
+  Buffer<PrimitiveMotion<float>> motions(device, 5);
+  Buffer<CollideCounts> counts(device, 1);
+  CollideProximity<float> a{};
+  a.face_pairs = pairs.span();
+  a.triangles = triangles.span();
+  a.positions_t0 = a.positions_t1 = positions.span();
+  a.face_separation_bound = bound.span();
+  a.counts = counts.span();
+  a.thickness = 1e-3f;
+  a.known = {known.span(), {}, measured.span(), motions.span(), false};
+  const float least = x[0][2] * std::numeric_limits<float>::epsilon() / 8;
+  for (int step = 0; step < 20'000; ++step) {
+    x[2][2] = x[1][2] = x[3][2] += least;
+    std::copy(x.begin(), x.end(), positions.data());
+    counts.data()[0] = {};
+    counts.data()[0].face_pairs = 1;
+    launch(device.compute(), a);
+    device.compute().sync();
+    a.known.hold = true;
+    ASSERT_LE(known.data()[0], x[0][2] - x[1][2]) << step;
+  }
+  EXPECT_GT(known.data()[0], 0.01f);
+}
+
 /// Layers that are carried off together by most of an edge's length; the upper cloth slides on the
 /// others, past pairs that it would meet if it went on as the first glance at them has it.
 ProximityInput<float> carried_layers() {

@@ -1,5 +1,4 @@
 #include "host/app/convert.hpp"
-#include "host/base/file_extension.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -18,7 +17,9 @@
 #include "host/app/convert_outlines.hpp"
 #include "host/app/convert_pattern.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/app/run/output_folder.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/base/file_extension.hpp"
 #include "host/base/temporary_file.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
@@ -299,15 +300,22 @@ void refuse_several(const Request& request) {
                      "one, or several sewing patterns of GarmentCode (.json)");
 }
 
+/// Makes the folder that the output stands in, where it is missing.
+void make_folder_of(const fs::path& output) {
+  if (output.has_parent_path()) make_output_folder(output.parent_path(), "OUT");
+}
+
 /// A scene of ARCSim, or sewing patterns, as a scene of weft; outlines as a sewing pattern.
 void convert_scene(const Request& request) {
   if (io::holds_outlines(request.input)) {
     refuse_pattern_options(request);
     refuse_several(request);
+    make_folder_of(request.output);
     return convert_outlines(request.input, request.output);
   }
   const bool is_pattern =
       io::is_sewing_pattern(io::parse_json(read_file_bytes(request.input), request.input));
+  make_folder_of(request.output);
   std::vector<std::string> lines;
   if (is_pattern) {
     PatternRequest pattern = request.pattern;
@@ -332,6 +340,7 @@ void convert(const Request& request) {
   refuse_several(request);
   const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
   const auto places = chosen_places(*sequence, request);
+  make_folder_of(request.output);
   if (to == ".pc2")
     convert_to_caches(*sequence, places, request);
   else if (to == ".usda")

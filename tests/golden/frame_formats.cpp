@@ -313,6 +313,10 @@ TEST_F(FarFrames, ConvertEachIntoEach) {
   }
   ASSERT_EQ(weft({"convert", "run", "c.pc2", "--only", "cloths"}), 0) << err_;
   ASSERT_EQ(weft({"convert", "c_lower.pc2", "c.usda"}), 0) << err_;
+  EXPECT_EQ(weft({"convert", "c_lower.pc2", "new/folder/c.usda"}), 0) << err_;
+  EXPECT_TRUE(fs::exists(at("new/folder/c.usda")));
+  EXPECT_EQ(weft({"convert", "c_lower.pc2", "c.usda/c.usda"}), 2);
+  EXPECT_NE(err_.find("OUT"), std::string::npos) << err_;
   EXPECT_EQ(difference(at("c_lower.pc2"), at("c.usda")), 0);
   EXPECT_GT(positions_of(*io::open_sequence(at("c_lower.pc2")), 0)[0][0], 0x1p19);
 }

@@ -13,11 +13,11 @@ std::filesystem::path output_folder(const std::string& asked, const std::string&
   return std::filesystem::path("out") / safe_file_name(scene_name);
 }
 
-void make_output_folder(const std::filesystem::path& path) {
+void make_output_folder(const std::filesystem::path& path, const std::string& option) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (error || !is_folder(path))
-    throw SceneError(path.string(), "-o", error ? error.message() : "no directory",
+    throw SceneError(path.string(), option, error ? error.message() : "no directory",
                      "a directory that can be made and written");
 }
 

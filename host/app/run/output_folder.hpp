@@ -11,7 +11,8 @@ namespace weft::app {
 std::filesystem::path output_folder(const std::string& asked, const std::string& scene_name);
 
 /// Makes a folder where it is missing.
+/// @param option that names it
 /// @throws SceneError naming it if that fails
-void make_output_folder(const std::filesystem::path& path);
+void make_output_folder(const std::filesystem::path& path, const std::string& option = "-o");
 
 }  // namespace weft::app

@@ -13,9 +13,9 @@
 
 namespace weft {
 
-/// The pairs that KnownDistances keeps from being measured. Two primitives come closer by no more
-/// than the distance of the centres of their displacements and the radii around these, which is
-/// also the most that PairLanes::closing() can say. What is passed over is therefore no contact.
+/// Skips pairs whose known distance shows that they cannot be contacts. Two primitives close by at
+/// most the distance between the centres of their displacement balls plus both radii. That is never
+/// less than PairLanes::closing(), so a skipped pair would not have become a contact.
 template <class T>
 class KnownPairs {
  public:
@@ -34,7 +34,7 @@ class KnownPairs {
     if (holds_) find_motions();
   }
 
-  /// Takes off a pair's bound what its primitives have moved since.
+  /// Lowers a pair's known distance by what its primitives can have closed since.
   /// @param bound [m] the pair's separation bound, written where it is passed over
   /// @return whether the pair is certainly no contact
   template <int First>
@@ -43,7 +43,7 @@ class KnownPairs {
     const PrimitiveMotion<T>& p = (First == 1 ? vertices_ : edges_)[pair.a];
     const PrimitiveMotion<T>& q = (First == 1 ? faces_ : edges_)[pair.b];
     float& known = distances<First>()[number];
-    // Rounded down: those of cloth at rest are kept for thousands of steps.
+    // Rounded down: cloth at rest keeps its bounds for thousands of steps.
     known -= static_cast<float>(T(1.0001) * closing(p.before, q.before)) + epsilon<float> * known;
     const T distance = known;
     const T ahead = closing(p.ahead, q.ahead);

@@ -211,7 +211,7 @@ class Rows {
     for (std::size_t row = 0; row < rows_; row += step_) use(row, std::min(row + step_, rows_));
   }
 
-  /// @tparam first_step p and s are nothing so far, and may not even be numbers
+  /// @tparam first_step p and s are uninitialised
   template <bool first_step>
   void step(T alpha, T beta, std::size_t first, std::size_t last) const {
     const std::size_t count = 3 * (last - first);
@@ -234,8 +234,8 @@ class Rows {
   }
 
   void precondition(std::size_t first, std::size_t last) const {
-    // A row of these symmetric blocks is a column as well. What is stored beyond a vector is the
-    // next one's, which follows.
+    // Blocks are symmetric: their rows are their columns. A store writes one number too many, which
+    // the next store replaces.
     std::size_t i = first;
     for (; i + 1 < last; ++i) {
       const T* block = me_.inverse[i].e;
@@ -283,7 +283,7 @@ class Rows {
       for (std::size_t begin = 0; begin < count; begin += rows, sums += 3)
         store_values(sum_of(me_.r.data() + first + begin, std::min(rows, count - begin)),
                      sum + sums);
-      sum[sums] = T(0);  // where the fourth number of the last vector went
+      sum[sums] = T(0);  // the last store wrote a fourth number there
       T move[3 * schwarz_aggregates_max] = {};
       for (std::size_t k = 0; k < size; ++k)
         for (std::size_t i = 0; i < size; ++i) move[i] += inverse[k * size + i] * sum[k];

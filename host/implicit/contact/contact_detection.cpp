@@ -18,7 +18,7 @@ constexpr double margin_edges = 0.05;
 constexpr double margin_edges_at_rest = 0.15;
 constexpr double margin_of_change = 2;
 constexpr double margin_of_change_max = 4;  ///< in margins: an impact is no sign of another one
-/// Motions like that of the step that boxes have room for beyond it.
+/// Boxes also cover this many more motions like that of the step.
 constexpr double motions_ahead = 2;
 /// Largest displacement along an axis, in mean edges, from which on a search splits the motion.
 constexpr double split_edges = 0.5;
@@ -263,7 +263,7 @@ bool ContactDetection<T>::candidates_valid() {
   if (!self_listed_ && !separation_.holds()) list_self_pairs();
   for (int r = 0; r < store_.devices().size(); ++r) {
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
-    // Every rank tests all vertices: none then measures pairs in vain because of another's.
+    // Every rank tests all vertices, so that no rank measures pairs that a search will replace.
     launch(store_.devices()[r].compute(),
            CollideOutOfBounds<T>{store_.rank(r).positions.span(),
                                  motion_[static_cast<std::size_t>(r)].positions_t1.span(),

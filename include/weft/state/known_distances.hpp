@@ -18,8 +18,8 @@ struct PrimitiveMotion {
   DisplacementBall<T> before, ahead;
 };
 
-/// Lower bounds of the distances of pairs at some positions, kept so that pairs which cannot have
-/// come close since are not measured again. On the host only.
+/// Lower bounds of the pairs' distances at given positions. With them a later call skips pairs that
+/// cannot have come close. On the host only.
 template <class T>
 struct KnownDistances {
   Span<float> faces, edges;          ///< [capacity of the pairs] [m]; empty: not kept

@@ -397,10 +397,10 @@ TEST(CollideProximitySeparationBound, IsALowerBoundOfTheGap) {
   }
 }
 
-/// The pairs of a host, measured step by step with what is known of the steps before.
+/// Pairs of the host with the distances known from earlier steps.
 template <class T>
 struct KnownDistancesOn {
-  ProximityOn<T> on;
+  const ProximityOn<T> on;
   Buffer<float> faces, edges;
   Buffer<Vec3<T>> measured;
   Buffer<PrimitiveMotion<T>> motions;
@@ -415,7 +415,6 @@ struct KnownDistancesOn {
         args(on.args(in.cloth)) {
     args.known = {faces.span(), edges.span(), measured.span(), motions.span(), false};
   }
-  const ProximityOn<T>* on_host() const { return &on; }
   CollideCounts step(Device& device, const ProximityInput<T>& in) {
     const CollideCounts counts =
         on.launch_and_count(device, args, in.face_pairs.size(), in.edge_pairs.size());
@@ -429,34 +428,33 @@ class CollideProximityKnown : public ::testing::Test {};
 using Precisions = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(CollideProximityKnown, Precisions);
 
-/// Pairs that are passed over because of what was known of them are no contacts, and their
-/// separation bounds are ones.
+/// A pair that is skipped for its known distance is no contact, and its separation bound is a lower
+/// bound of the gap.
 TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
   using T = TypeParam;
   ProximityInput<T> input;
   const DeviceSet host = host_devices(1);
   Device& device = host[0];
   KnownDistancesOn<T> known(device, input);
-  const ProximityOn<T> afresh(device, input, 20'000);
+  const ProximityOn<T> fresh(device, input, 20'000);
   std::size_t passed_over = 0;
   for (int step = 0; step < 5; ++step) {
-    for (const ProximityOn<T>* on : {known.on_host(), &afresh}) {
+    for (const ProximityOn<T>* on : {&known.on, &fresh}) {
       std::copy(input.positions_t0.begin(), input.positions_t0.end(), on->positions_t0.data());
       std::copy(input.positions_t1.begin(), input.positions_t1.end(), on->positions_t1.data());
     }
     const CollideCounts found = known.step(device, input);
-    const CollideCounts all = afresh.launch_and_count(
-        device, afresh.args(input.cloth), input.face_pairs.size(), input.edge_pairs.size());
+    const CollideCounts all = fresh.launch_and_count(
+        device, fresh.args(input.cloth), input.face_pairs.size(), input.edge_pairs.size());
     ASSERT_GT(all.contacts, 100);
     ASSERT_EQ(found.contacts, all.contacts);
     ASSERT_EQ(found.face_contacts, all.face_contacts);
-    EXPECT_EQ(std::memcmp(known.on.contacts.data(), afresh.contacts.data(),
+    EXPECT_EQ(std::memcmp(known.on.contacts.data(), fresh.contacts.data(),
                           static_cast<std::size_t>(all.contacts) * sizeof(Contact<T>)),
               0);
-    const PlainContacts<T> plain(afresh.args(input.cloth));
     for (std::size_t n = 0; n < input.face_pairs.size(); ++n) {
       const float bound = known.on.face_separation_bound.data()[n];
-      const float measured = afresh.face_separation_bound.data()[n];
+      const float measured = fresh.face_separation_bound.data()[n];
       ASSERT_EQ(bound == separation_bound_of_contact, measured == separation_bound_of_contact);
       if (bound == measured) continue;
       ++passed_over;
@@ -472,21 +470,21 @@ TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
         ASSERT_LE(double{bound}, plain_closest(x, 1).distance()) << "pair " << n;
       }
     }
-    // The layers go on by a twentieth of what they did, and each vertex trembles.
+    // The layers move on by a twentieth of their last motion, and each vertex is jittered.
     std::mt19937 random(static_cast<unsigned>(step));
-    std::uniform_real_distribution<double> tremble(-1e-5, 1e-5);
+    std::uniform_real_distribution<double> jitter(-1e-5, 1e-5);
     for (std::size_t v = 0; v < input.positions_t0.size(); ++v) {
       const Vec3<T> by = T(0.05) * (input.positions_t1[v] - input.positions_t0[v]);
       input.positions_t0[v] += by;
-      for (int c = 0; c < 3; ++c) input.positions_t0[v][c] += static_cast<T>(tremble(random));
+      for (int c = 0; c < 3; ++c) input.positions_t0[v][c] += static_cast<T>(jitter(random));
       input.positions_t1[v] = input.positions_t0[v] + T(step % 2 == 0 ? 1 : 20) * by;
     }
   }
   EXPECT_GT(passed_over, input.face_pairs.size() / 4);
 }
 
-/// What moves by less than a rounding of its distance in each step does not come close unseen.
-TEST(CollideProximityKnownOf, CountsMotionBelowItsRounding) {
+/// Known distances also fall if each step moves the pair by less than their last digit.
+TEST(CollideProximityKnownDistance, FallsByMotionBelowItsLastDigit) {
   const DeviceSet host = host_devices(1);
   Device& device = host[0];
   std::vector<Vec3<float>> x{{0.25f, 0.25f, 1.0f / 64}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

@@ -54,8 +54,8 @@ enum ClusterKind {
 
 /// Swept boxes of all vertices, edges and faces over a motion from positions_t0 to positions_t1,
 /// and the mean size of the hulls of each kind, from which the grids take their cells. The box of a
-/// vertex is the hull of its ends, of where so many `motions_ahead` would take it further, so that
-/// its pairs last for some steps, and of where its velocity alone takes it in `inertial_time`:
+/// vertex is the hull of its ends, of its end after `motions_ahead` more motions like this one, so
+/// that its pairs last for some steps, and of where its velocity alone takes it in `inertial_time`:
 /// what holds cloth against gravity leaves it there. It is grown by a margin: `margin`, or
 /// `margin_at_rest` if the whole motion is small enough for that to last for another step; and the
 /// change of its velocity in the last step times `change_time`, but no more than `change_max`.

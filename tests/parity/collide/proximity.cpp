@@ -370,6 +370,20 @@ TEST(CollideProximitySeparationBound, InDoubleIsThatOfPlainFormulas) {
   }
 }
 
+/// Gap of face pair n after a share of the motion. [m]
+template <class T>
+double face_pair_gap(const ProximityInput<T>& in, std::size_t n, double share) {
+  const Tri& face = in.triangles[static_cast<std::size_t>(in.face_pairs[n].b)];
+  const Index v[4] = {in.face_pairs[n].a, face.v[0], face.v[1], face.v[2]};
+  Point x[4];
+  for (int j = 0; j < 4; ++j) {
+    const auto at = static_cast<std::size_t>(v[j]);
+    const Point from = vec_cast<double>(in.positions_t0[at]);
+    x[j] = from + share * (vec_cast<double>(in.positions_t1[at]) - from);
+  }
+  return plain_closest(x, 1).distance();
+}
+
 /// The gap never falls below the separation bound on the way, looked at in many places.
 TEST(CollideProximitySeparationBound, IsALowerBoundOfTheGap) {
   const ProximityInput<float> input;
@@ -380,18 +394,9 @@ TEST(CollideProximitySeparationBound, IsALowerBoundOfTheGap) {
     const std::vector<float> separation_bound = download(on.face_separation_bound);
     std::size_t positive = 0;
     for (std::size_t n = 0; n < separation_bound.size(); ++n) {
-      const Tri& face = input.triangles[static_cast<std::size_t>(input.face_pairs[n].b)];
-      const Index v[4] = {input.face_pairs[n].a, face.v[0], face.v[1], face.v[2]};
       positive += separation_bound[n] > 0 ? 1 : 0;
-      for (int k = 0; k <= 16; ++k) {
-        Point x[4];
-        for (int j = 0; j < 4; ++j) {
-          const auto at = static_cast<std::size_t>(v[j]);
-          const Point from = vec_cast<double>(input.positions_t0[at]);
-          x[j] = from + (k / 16.0) * (vec_cast<double>(input.positions_t1[at]) - from);
-        }
-        ASSERT_LE(double{separation_bound[n]}, plain_closest(x, 1).distance()) << "pair " << n;
-      }
+      for (int k = 0; k <= 16; ++k)
+        ASSERT_LE(double{separation_bound[n]}, face_pair_gap(input, n, k / 16.0)) << "pair " << n;
     }
     EXPECT_GT(positive, separation_bound.size() / 10);
   }
@@ -458,17 +463,8 @@ TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
       ASSERT_EQ(bound == separation_bound_of_contact, measured == separation_bound_of_contact);
       if (bound == measured) continue;
       ++passed_over;
-      const Tri& face = input.triangles[static_cast<std::size_t>(input.face_pairs[n].b)];
-      const Index v[4] = {input.face_pairs[n].a, face.v[0], face.v[1], face.v[2]};
-      for (int k = 0; k <= 8; ++k) {
-        Point x[4];
-        for (int j = 0; j < 4; ++j) {
-          const auto at = static_cast<std::size_t>(v[j]);
-          const Point from = vec_cast<double>(input.positions_t0[at]);
-          x[j] = from + (k / 8.0) * (vec_cast<double>(input.positions_t1[at]) - from);
-        }
-        ASSERT_LE(double{bound}, plain_closest(x, 1).distance()) << "pair " << n;
-      }
+      for (int k = 0; k <= 8; ++k)
+        ASSERT_LE(double{bound}, face_pair_gap(input, n, k / 8.0)) << "pair " << n;
     }
     // The layers move on by a twentieth of their last motion, and each vertex is jittered.
     std::mt19937 random(static_cast<unsigned>(step));

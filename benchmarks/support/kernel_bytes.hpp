@@ -34,7 +34,7 @@
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/kernels/solve/precondition.hpp"
 #include "weft/kernels/solve/products.hpp"
-#include "weft/kernels/solve/schwarz_level.hpp"
+#include "weft/kernels/solve/schwarz_levels.hpp"
 
 namespace weft::bench {
 
@@ -86,7 +86,7 @@ class KernelBytes {
                         row<AssembleActiveSetUpdate<T>>("assemble/active_set_update"),
                         row<AssembleContactCache<T>>("assemble/contact_cache"),
                         row<Precondition<T>>("solve/precondition"),
-                        row<SolveSchwarzLevel<T>>("solve/schwarz_level"),
+                        row<SolveSchwarzLevels<T>>("solve/schwarz_levels"),
                         row<SolveInitialGuess<T>>("solve/initial_guess"),
                         row<SolvePcg<T>>("solve/pcg"),
                         row<SolveHalo<T>>("solve/halo"),
@@ -237,8 +237,8 @@ class KernelBytes {
     return all(a.diagonal, a.inverse) + cloth(a.fixed) + links(a.contact);
   }
   template <class T>
-  double bytes(const SolveSchwarzLevel<T>& a) const {
-    return system(a.mesh, a.far, a.contact) + cloth(a.fixed) + all(a.level.inverse);
+  double bytes(const SolveSchwarzLevels<T>& a) const {
+    return system(a.mesh, a.far, a.contact) + cloth(a.fixed) + all(a.fine.inverse, a.wide.inverse);
   }
   template <class T>
   double bytes(const SolveInitialGuess<T>& a) const {
@@ -253,8 +253,7 @@ class KernelBytes {
     // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
     // products; block Jacobi; marks.
     double vectors = cloth_ * ((3 + 18 + 15 + 6 + 9) * sizeof(T) + 2.0);
-    for (const SchwarzLevel<T>& level : part.coarse)
-      if (level.aggregates > 0) vectors += all(level.inverse);
+    vectors += all(part.fine.inverse, part.wide.inverse);
     // The residuals of the initial guess and of the outcome take a product more.
     return (iterations + 2) * (product + vectors) + 2 * product;
   }

@@ -41,17 +41,17 @@ struct BlockShare {
 };
 
 /// Shared memory that the levels of a block need.
-template <class T, Kind kind>
+template <class T, Kind kind, int lane_rows>
 struct LevelShared {
-  AggregateSums<T> aggregates;
+  AggregateSums<T, lane_rows> aggregates;
 };
-template <class T>
-struct LevelShared<T, Kind::jacobi> {};
+template <class T, int lane_rows>
+struct LevelShared<T, Kind::jacobi, lane_rows> {};
 
 /// Shared memory of a block of a solve.
 template <class T, Kind kind, int lane_rows>
 struct PcgShared {
-  LevelShared<T, kind> levels;
+  LevelShared<T, kind, lane_rows> levels;
   double product[kept_tiles][units_a_tile<kind>][3];
   /// of a unit's second warp
   double half_product[lane_rows == 1 ? units_a_tile<kind> : 1][32][3];
@@ -120,9 +120,9 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
 /// matrix, padding included and the diagonal not: 40 b + 8 f for the matrix, 4 for the mass, 12 for
-/// w; 36 for the inverse of block Jacobi, 144 + 9 for those of the aggregates; 72 to read and 60 to
+/// w; 36 for the inverse of block Jacobi, 78 + 9 for those of the aggregates; 72 to read and 60 to
 /// write p, s, r, x and u, 24 to read r and u for the products, 2 for marks: 40 b + 8 f + 210, with
-/// aggregates 363, of which 108 stay on the processor for resident rows; for a link of contacts 96
+/// aggregates 297, of which 108 stay on the processor for resident rows; for a link of contacts 96
 /// and for each of its ends 8. Vectors may come from the cache.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
@@ -245,12 +245,11 @@ class PcgBlock {
   /// Adds the aggregates' corrections to u and stores it.
   __device__ void finish_u(const WarpRows& at, int turn, const Vec3<T>* r, Vec3<T>* u) {
     if constexpr (kind == Kind::aggregates) {
-      const SchwarzLevel<T>& fine = part_.coarse[0];
-      const SchwarzLevel<T>& wide = part_.coarse[1];
-      if (fine.aggregates >= 2) {
+      if (part_.fine.aggregates > 0) {
         sum_aggregates<lane_rows>(at, r, s_.levels.aggregates, turn);
-        correct_fine<lane_rows>(at, fine, rows_, s_.levels.aggregates, u);
-        if (wide.aggregates >= 2) correct_wide<lane_rows>(at, wide, turn, s_.levels.aggregates, u);
+        correct_fine<lane_rows>(at, part_.fine, rows_, s_.levels.aggregates, u);
+        if (part_.wide.aggregates > 0)
+          correct_wide<lane_rows>(at, part_.wide, turn, s_.levels.aggregates, u);
       }
     }
 #pragma unroll

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "weft/core/ids.hpp"
-#include "weft/kernels/solve/schwarz_level.hpp"
+#include "weft/kernels/solve/schwarz_levels.hpp"
 
 namespace weft {
 
@@ -41,11 +41,38 @@ class GalerkinMatrix {
       for (Index j = 0; j <= i; ++j) entry_[i][j] = -entry_[i][j];
   }
 
+  /// The whole matrix as one block, for aggregates of these aggregates.
+  Mat3<double> total() const noexcept {
+    Mat3<double> sum{};
+    for (Index i = 0; i < size_; ++i)
+      for (Index j = 0; j <= i; ++j) {
+        if (j / 3 < i / 3) sum(j % 3, i % 3) += entry_[i][j];
+        if (j / 3 < i / 3 || j % 3 <= i % 3) sum(i % 3, j % 3) += entry_[i][j];
+      }
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < i; ++j) sum(j, i) = sum(i, j);
+    double scalars = 0;
+    for (const auto& row : scalar_)
+      for (const double value : row) scalars += value;
+    return sum + scalars * Mat3<double>::identity();
+  }
+
+  template <class T>
+  void store_blocks(T* to) const noexcept {
+    const Index n = size_ / 3;
+    for (Index i = 0; i < n; ++i)
+      for (Index j = 0; j <= i; ++j) {
+        Mat3<double> block;
+        for (int k = 0; k < 9; ++k) block.e[k] = entry_[3 * i + k / 3][3 * j + k % 3];
+        SymmetricBlocks::store(to, n, i, j, block);
+      }
+  }
+
   /// Writes both triangles, with the same bits: conjugate gradients need a symmetric
   /// preconditioner.
   /// @param to [size][size]
   template <class T>
-  void store(T* to) const noexcept {
+  void store_dense(T* to) const noexcept {
     for (Index i = 0; i < size_; ++i)
       for (Index j = 0; j <= i; ++j)
         to[i * size_ + j] = to[j * size_ + i] = static_cast<T>(entry_[i][j]);

@@ -8,6 +8,7 @@
 #include "host/solve/aggregate.hpp"
 #include "host/solve/contact_product.hpp"
 #include "host/solve/slice_sums.hpp"
+#include "host/solve/whole_blocks.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 
 namespace weft::pcg {
@@ -259,24 +260,33 @@ class Rows {
 
   /// u += weight R^T (R A R^T)^-1 R r in rows [first, last), domain by domain.
   void correct(std::size_t first, std::size_t last) const {
-    for (const SchwarzLevel<T>& level : me_.coarse)
-      if (level.aggregates == schwarz_aggregates_max)
-        correct<schwarz_aggregates_max>(level, first, last);
-      else if (level.aggregates >= 2)
-        correct<0>(level, first, last);
+    if (me_.fine.aggregates == schwarz_aggregates_max)
+      correct(me_.fine, first, last, multiply_whole_blocks<T>);
+    else if (me_.fine.aggregates > 0)
+      correct(me_.fine, first, last, [this](const T* inverse, const T* x, T* y) {
+        const Index n = me_.fine.aggregates;
+        for (Index a = 0; a < n; ++a) {
+          const Vec3<T> row = SymmetricBlocks::multiply_row(inverse, n, a, x);
+          for (int c = 0; c < 3; ++c) y[3 * a + c] = row[c];
+        }
+      });
+    if (me_.wide.aggregates == 0) return;
+    correct(me_.wide, first, last, [size = me_.wide.size()](const T* inverse, const T* x, T* y) {
+      for (Index k = 0; k < size; ++k)
+        for (Index i = 0; i < size; ++i) y[i] += inverse[k * size + i] * x[k];
+    });
   }
 
-  /// @tparam fixed_aggregates of a domain; 0: as many as the level says. With a number that the
-  ///                          compiler knows, the sums of a domain stay in registers.
-  template <Index fixed_aggregates>
-  void correct(const SchwarzLevel<T>& level, std::size_t first_row, std::size_t last_row) const {
+  /// @param multiply (inverse, x, y) makes y = inverse x of a domain, y being zero before
+  template <class Level, class Multiply>
+  void correct(const Level& level, std::size_t first_row, std::size_t last_row,
+               const Multiply& multiply) const {
     const auto step = static_cast<std::size_t>(level.domain_rows());
-    const auto size =
-        static_cast<std::size_t>(fixed_aggregates > 0 ? 3 * fixed_aggregates : level.size());
+    const auto numbers = static_cast<std::size_t>(level.domain_numbers());
     const auto rows = std::size_t{1} << level.shift;  // of an aggregate
-    const T* inverse = level.inverse.data() + first_row / step * size * size;
+    const T* inverse = level.inverse.data() + first_row / step * numbers;
     const unsigned char* fixed = me_.fixed.data() + begin_;
-    for (std::size_t first = first_row; first < last_row; first += step, inverse += size * size) {
+    for (std::size_t first = first_row; first < last_row; first += step, inverse += numbers) {
       const std::size_t count = std::min(step, last_row - first);
       T sum[3 * schwarz_aggregates_max + 1] = {};
       std::size_t sums = 0;
@@ -285,8 +295,7 @@ class Rows {
                      sum + sums);
       sum[sums] = T(0);  // the last store wrote a fourth number there
       T move[3 * schwarz_aggregates_max] = {};
-      for (std::size_t k = 0; k < size; ++k)
-        for (std::size_t i = 0; i < size; ++i) move[i] += inverse[k * size + i] * sum[k];
+      multiply(inverse, sum, move);
       for (std::size_t begin = 0, k = 0; begin < count; begin += rows, k += 3)
         add_to_all(static_cast<T>(schwarz_weight) * Vec3<T>{move[k], move[k + 1], move[k + 2]},
                    fixed + first + begin, std::min(rows, count - begin), &own_u(first + begin));

@@ -266,7 +266,7 @@ BANNED = {
     "sift_by_slack": "sift_by_separation_bound",
     "slack_of_contact": "separation_bound_of_contact",
     "slack_unknown": "separation_bound_unknown",
-    "solve_coarse": "solve_schwarz_level",
+    "solve_coarse": "solve_schwarz_levels",
     "solve_guess": "solve_initial_guess",
     "squeeze_samples": "pinch_samples",
     "squeeze_share": "pinch_share",

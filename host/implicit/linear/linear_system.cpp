@@ -203,7 +203,8 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.fixed = of.fixed;
   part.vertex = k.mesh.vertex_part();
   part.inverse = k.preconditioner.blocks();
-  for (int n = 0; n < schwarz_level_count; ++n) part.coarse[n] = k.preconditioner.level(n);
+  part.fine = k.preconditioner.fine();
+  part.wide = k.preconditioner.wide();
   k.krylov.fill(part);
   return part;
 }

@@ -8,20 +8,25 @@ template <class T>
 void PreconditionerBuffers<T>::make(Device& device, const RankRows& own, Preconditioner chosen,
                                     Index partial_rows) {
   const MemoryName name("preconditioner");
-  const auto rows = static_cast<std::size_t>(own.count);
-  weft::make(device, inverse_, rows);
-  for (int n = 0; n < schwarz_level_count; ++n) {
-    SchwarzLevel<T>& level = levels_[n];
-    level = {};
-    if (chosen != Preconditioner::multilevel || schwarz_aggregates(n, partial_rows) < 2) continue;
-    level.shift = schwarz_shift(n);
-    level.aggregates = schwarz_aggregates(n, partial_rows);
-    const auto domain = static_cast<std::size_t>(level.domain_rows());
-    weft::make(
-        device, level_inverse_[n],
-        (rows + domain - 1) / domain * static_cast<std::size_t>(level.size() * level.size()));
-    level.inverse = level_inverse_[n].span();
-  }
+  weft::make(device, inverse_, static_cast<std::size_t>(own.count));
+  fine_ = {};
+  wide_ = {};
+  if (chosen != Preconditioner::multilevel) return;
+  const auto make_level = [&](auto& level, Buffer<T>& inverse) {
+    if (level.aggregates == 0) return;
+    weft::make(device, inverse,
+               static_cast<std::size_t>(level.domains(own.count)) *
+                   static_cast<std::size_t>(level.domain_numbers()));
+    level.inverse = inverse.span();
+  };
+  fine_ = FineLevel<T>::of(partial_rows);
+  make_level(fine_, fine_inverse_);
+  wide_ = WideLevel<T>::of(partial_rows);
+  make_level(wide_, wide_inverse_);
+  if (wide_.aggregates > 0)
+    weft::make(device, wide_sum_,
+               static_cast<std::size_t>(fine_.domains(own.count)) *
+                   static_cast<std::size_t>(FineLevel<T>::wide_sums));
 }
 
 template <class T>
@@ -32,9 +37,9 @@ void PreconditionerBuffers<T>::launch_blocks(Queue& queue, const RankRows& own, 
 
 template <class T>
 void PreconditionerBuffers<T>::launch_levels(Queue& queue, const RankRows& own, const Of& of) {
-  for (const SchwarzLevel<T>& level : levels_)
-    if (level.aggregates > 0)
-      launch(queue, SolveSchwarzLevel<T>{own.begin, of.mesh, of.far, of.contact, of.fixed, level});
+  if (fine_.aggregates > 0)
+    launch(queue, SolveSchwarzLevels<T>{own.begin, of.mesh, of.far, of.contact, of.fixed, fine_,
+                                        wide_, wide_sum_.span()});
 }
 
 template class PreconditionerBuffers<float>;

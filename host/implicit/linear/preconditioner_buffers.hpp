@@ -1,7 +1,7 @@
 #pragma once
 
 #include "host/implicit/linear/rank_rows.hpp"
-#include "weft/kernels/solve/schwarz_level.hpp"
+#include "weft/kernels/solve/schwarz_levels.hpp"
 #include "weft/scene.hpp"
 #include "weft/state/contact_operator.hpp"
 
@@ -24,13 +24,15 @@ class PreconditionerBuffers {
   void launch_levels(Queue& queue, const RankRows& own, const Of& of);
 
   Span<const Mat3<T>> blocks() const { return inverse_.span(); }
-  /// Without aggregates if it is not in use.
-  const SchwarzLevel<T>& level(int n) const { return levels_[n]; }
+  const FineLevel<T>& fine() const { return fine_; }
+  const WideLevel<T>& wide() const { return wide_; }
 
  private:
   Buffer<Mat3<T>> inverse_;
-  Buffer<T> level_inverse_[schwarz_level_count];
-  SchwarzLevel<T> levels_[schwarz_level_count];
+  Buffer<T> fine_inverse_, wide_inverse_;
+  Buffer<double> wide_sum_;
+  FineLevel<T> fine_;
+  WideLevel<T> wide_;
 };
 
 }  // namespace weft

@@ -73,9 +73,15 @@ class SolveRank {
     ready_ = upload(device, std::vector<std::uint32_t>(pcg_flags, 0));
     receivers_ = Buffer<std::uint32_t>(device, own);
     status_ = Buffer<SolveStatus>(device, 1);
-    if (options.preconditioner == Preconditioner::multilevel)
-      for (int level = 0; level < schwarz_level_count; ++level)
-        make_level(level, options.partial_rows);
+    if (options.preconditioner == Preconditioner::multilevel) {
+      fine_ = FineLevel<T>::of(options.partial_rows);
+      wide_ = WideLevel<T>::of(options.partial_rows);
+      make_level(fine_, fine_inverse_);
+      make_level(wide_, wide_inverse_);
+      if (wide_.aggregates > 0)
+        wide_sum_ = Buffer<double>(
+            device, static_cast<std::size_t>(fine_.domains(rows()) * FineLevel<T>::wide_sums));
+    }
   }
 
   /// All that goes before the solve.
@@ -85,10 +91,9 @@ class SolveRank {
                                stamp_.span(), 1, ghost_.span(), ghost_offset_.span()});
     launch(queue, Precondition<T>{begin_, rows(), mesh_.diagonal.span(), contact_.view(),
                                   fixed_.span(), inverse_.span()});
-    for (const SchwarzLevel<T>& level : levels_)
-      if (level.aggregates > 0)
-        launch(queue, SolveSchwarzLevel<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
-                                           fixed_.span(), level});
+    if (fine_.aggregates > 0)
+      launch(queue, SolveSchwarzLevels<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
+                                          fixed_.span(), fine_, wide_, wide_sum_.span()});
     queue.sync();
   }
 
@@ -99,7 +104,8 @@ class SolveRank {
     part.vertex = {mass_.span(), drag_.span()};
     part.contact = contact_.view();
     part.inverse = inverse_.span();
-    for (int level = 0; level < schwarz_level_count; ++level) part.coarse[level] = levels_[level];
+    part.fine = fine_;
+    part.wide = wide_;
     part.fixed = fixed_.span();
     part.rhs = rhs_.span();
     part.ghost = ghost_.span();
@@ -144,16 +150,12 @@ class SolveRank {
       if (entry.first < begin_ || entry.first >= end_) result.push_back(entry.first);
     return result;
   }
-  void make_level(int level, Index partial_rows) {
-    SchwarzLevel<T>& l = levels_[level];
-    l.aggregates = schwarz_aggregates(level, partial_rows);
-    if (l.aggregates < 2) l.aggregates = 0;
-    if (l.aggregates == 0) return;
-    l.shift = schwarz_shift(level);
-    const Index domains = (end_ - begin_ + l.domain_rows() - 1) / l.domain_rows();
-    level_inverse_[level] =
-        Buffer<T>(*device_, static_cast<std::size_t>(domains * l.size() * l.size()));
-    l.inverse = level_inverse_[level].span();
+  template <class Level>
+  void make_level(Level& level, Buffer<T>& inverse) {
+    if (level.aggregates == 0) return;
+    inverse = Buffer<T>(*device_,
+                        static_cast<std::size_t>(level.domains(rows()) * level.domain_numbers()));
+    level.inverse = inverse.span();
   }
 
   Index begin_, end_;
@@ -167,8 +169,10 @@ class SolveRank {
   Buffer<Mat3<T>> drag_;
   Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;
   Buffer<Mat3<T>> inverse_;
-  Buffer<T> level_inverse_[schwarz_level_count];
-  SchwarzLevel<T> levels_[schwarz_level_count];
+  Buffer<T> fine_inverse_, wide_inverse_;
+  Buffer<double> wide_sum_;
+  FineLevel<T> fine_;
+  WideLevel<T> wide_;
   Buffer<double> partial_;
   Buffer<std::uint32_t> ready_, receivers_;
   Buffer<SolveStatus> status_;

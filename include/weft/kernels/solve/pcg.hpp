@@ -10,7 +10,7 @@
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
-#include "weft/kernels/solve/schwarz_level.hpp"
+#include "weft/kernels/solve/schwarz_levels.hpp"
 #include "weft/state/block_ell.hpp"
 #include "weft/state/contact_operator.hpp"
 #include "weft/state/tracked_rows.hpp"
@@ -53,12 +53,13 @@ struct SolvePcgPart {
   ScalarEll<T> far;  ///< bending between other vertices; row_count 0: none
   VertexPart<T> vertex;
   ContactOperator<T> contact;
-  Span<const Mat3<T>> inverse;                  ///< [rows] block Jacobi, zero in fixed rows
-  SchwarzLevel<T> coarse[schwarz_level_count];  ///< added to it; no aggregates: level not in use
-  Span<const unsigned char> fixed;              ///< [vertices]
-  Span<const Vec3<T>> rhs;                      ///< [rows] b
-  Span<const Index> ghost;                      ///< vertices of others that these rows multiply
-  Span<const Index> ghost_offset;               ///< [ranks + 1] part of `ghost` that each owner has
+  Span<const Mat3<T>> inverse;      ///< [rows] block Jacobi, zero in fixed rows
+  FineLevel<T> fine;                ///< added to it, if in use
+  WideLevel<T> wide;                ///< the same
+  Span<const unsigned char> fixed;  ///< [vertices]
+  Span<const Vec3<T>> rhs;          ///< [rows] b
+  Span<const Index> ghost;          ///< vertices of others that these rows multiply
+  Span<const Index> ghost_offset;   ///< [ranks + 1] part of `ghost` that each owner has
   Span<Vec3<T>> x;            ///< [vertices] in: own rows of the initial guess; out: own rows of dv
   Span<Vec3<T>> u;            ///< [vertices] exchanged vector, own rows and ghosts valid
   Span<Vec3<T>> r, w, p, s;   ///< [rows]

@@ -195,7 +195,7 @@ class KernelBytes {
     return all(a.block_source_offset, a.block_source, a.corner_source_offset, a.corner_source,
                a.triangle_block, a.triangle_impulse, a.hinge_direction, a.hinge_impulse_scale,
                a.hinge_curvature, a.matrix.slice_offset, a.matrix.value, a.matrix.diagonal, a.rhs,
-               a.vertex_mass, a.corner_drag, a.vertex_drag) +
+               a.vertex_mass, a.corner_drag, a.vertex_drag.value) +
            cloth(a.mass) + cloth(a.damping_mass) + cloth(a.base_velocities) + cloth(a.velocities);
   }
   template <class T>
@@ -234,7 +234,7 @@ class KernelBytes {
   // ---------------------------------------------------------------------------------------- solve
   template <class T>
   double bytes(const Precondition<T>& a) const {
-    return all(a.diagonal, a.inverse) + cloth(a.fixed) + links(a.contact);
+    return all(a.diagonal, a.inverse.value) + cloth(a.fixed) + links(a.contact);
   }
   template <class T>
   double bytes(const SolveSchwarzLevels<T>& a) const {
@@ -249,7 +249,7 @@ class KernelBytes {
     const SolvePcgPart<T> part = read(a.parts.data() + a.rank);
     const auto iterations = static_cast<double>(read(part.status.data()).iterations);
     const double product = this->product(part.mesh, part.far, part.contact) + pulls(part.contact) +
-                           all(part.vertex.mass, part.vertex.drag);
+                           all(part.vertex.mass, part.vertex.drag.value);
     // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
     // products; block Jacobi; marks.
     double vectors = cloth_ * ((3 + 18 + 15 + 6 + 9) * sizeof(T) + 2.0);

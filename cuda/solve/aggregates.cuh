@@ -98,10 +98,11 @@ __device__ Vec3<T> multiply_part(int part, int lane, const T* inverse, const T* 
   return y;
 }
 
-/// inverse times the sums of a whole domain. Sums become moves, where the unit has any rows.
+/// inverse times the sums of a whole domain. Sums become moves, where the unit has any rows. Never
+/// inlined, as multiply_rows().
 template <int lane_rows, class T>
-__device__ void multiply_domain(const WarpRows& at, const T* inverse,
-                                AggregateSums<T, lane_rows>& sums) {
+__device__ __noinline__ void multiply_domain(const WarpRows& at, const T* inverse,
+                                             AggregateSums<T, lane_rows>& sums) {
   T* x = sums.fine[at.unit];
   const auto keep = [&](T* to, const Vec3<T>& y) {
     if (at.lane < 16)

@@ -105,7 +105,7 @@ template <class T>
 __device__ Vec3<T> vertex_row(const VertexPart<T>& vertex, Index row, const Vec3<T>& own) {
   Vec3<T> sum = __ldcs(vertex.mass.data() + row) * own;
   if (vertex.drag.empty()) return sum;
-  const Mat3<T>& drag = vertex.drag.data()[row];
+  const Mat3<T> drag = vertex.drag.load(row);
 #pragma unroll
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) sum[i] = fma(drag(i, k), own[k], sum[i]);

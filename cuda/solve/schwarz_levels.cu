@@ -18,7 +18,8 @@ __device__ constexpr int pair_of(int i, int j) {
   return i * (i + 1) / 2 + j;
 }
 
-/// Blocks between the pivot's aggregate and each, (aggregate, pivot), two sets by turns.
+/// Blocks between each aggregate and the pivot's, (aggregate, pivot), where that of the pivot
+/// stands inverted; two sets by turns.
 struct PivotColumns {
   Mat3<double> block[2][side];
 };
@@ -31,26 +32,27 @@ __device__ Mat3<double> inverse(PivotColumns& columns, int aggregates, bool hold
                                 Mat3<double> m) {
   for (int p = 0; p < aggregates; ++p) {
     Mat3<double>* column = columns.block[p % 2];
-    if (holds && j == p) column[i] = m;
-    if (holds && i == p && j != p) column[j] = transpose(m);
+    if (holds && i == p && j == p) {
+      for (int r = 0; r < 3; ++r)
+        for (int c = r + 1; c < 3; ++c) m(r, c) = m(c, r);
+      m = inverse_symmetric(m);
+      column[p] = m;
+      m = -1.0 * m;
+    } else if (holds && j == p) {
+      column[i] = m;
+    } else if (holds && i == p) {
+      column[j] = transpose(m);
+    }
     // Two sets by turns: whoever writes one again has passed the barrier in between.
     __syncthreads();
-    if (!holds) continue;
-    Mat3<double> pivot = column[p];
-    for (int r = 0; r < 3; ++r)
-      for (int c = r + 1; c < 3; ++c) pivot(r, c) = pivot(c, r);
-    pivot = inverse_symmetric(pivot);
-    if (i == p && j == p) {
-      m = -1.0 * pivot;
-    } else if (i == p) {
-      m = transpose(column[j] * pivot);
-    } else {
-      const Mat3<double> scaled = column[i] * pivot;
-      if (j == p)
-        m = scaled;
-      else
-        m -= scaled * transpose(column[j]);
-    }
+    if (!holds || (i == p && j == p)) continue;
+    const Mat3<double> scaled = column[i == p ? j : i] * column[p];
+    if (i == p)
+      m = transpose(scaled);
+    else if (j == p)
+      m = scaled;
+    else
+      m -= scaled * transpose(column[j]);
   }
   return -1.0 * m;
 }
@@ -78,7 +80,7 @@ constexpr int place_count = left_place + side * side;
 constexpr short nowhere = -1;
 
 constexpr int slots_at_once = 8;
-constexpr int links_at_once = 32;
+constexpr int links_at_once = 128;
 
 template <class T>
 struct EntryPlaces {
@@ -166,7 +168,10 @@ class BlockSums {
     for (Index slice = first_ / m.slice; slice <= (first_ + rows_ - 1) / m.slice; ++slice)
       longest = max(longest, offset[slice + 1] - offset[slice]);
     for (Offset begin = 0; begin < longest; begin += slots_at_once) {
-      for (int n = static_cast<int>(threadIdx.x); n < slots_at_once * fine_rows_max; n += threads) {
+#pragma unroll
+      for (int turn = 0; turn < (slots_at_once * fine_rows_max + threads - 1) / threads; ++turn) {
+        const int n = turn * threads + static_cast<int>(threadIdx.x);
+        if (n >= slots_at_once * fine_rows_max) continue;
         const Index row = n % fine_rows_max;
         if (row >= rows_) continue;
         const Index slice = (first_ + row) / m.slice, lane = (first_ + row) % m.slice;
@@ -196,6 +201,8 @@ class BlockSums {
   __device__ void add_links() {
     const ContactOperator<T>& links = a_.contact;
     LinkPlaces<T>& staged = domain_.links;
+    constexpr int stagers = 128;  // threads, one a corner
+    static_assert(stagers <= threads && 4 * links_at_once % stagers == 0);
     for (Index row = static_cast<Index>(threadIdx.x); row <= rows_; row += threads)
       domain_.end_offset[row] = links.end_offset.data()[first_ + row];
     __syncthreads();
@@ -203,8 +210,11 @@ class BlockSums {
     const Index last = offset[rows_];
     for (Index begin = offset[0]; begin < last; begin += links_at_once) {
       const Index end = min(last, begin + links_at_once);
-      const auto staging = static_cast<int>(threadIdx.x) / 4;
-      if (const Index e = begin + staging; staging < links_at_once && e < end) {
+#pragma unroll
+      for (int n = 0; n < 4 * links_at_once / stagers; ++n) {
+        const int staging = (n * stagers + static_cast<int>(threadIdx.x)) / 4;
+        const Index e = begin + staging;
+        if (threadIdx.x >= stagers || e >= end) continue;
         const int corner = static_cast<int>(threadIdx.x) % 4;
         const ContactScatter<T> from = links.end.data()[e];
         const ContactOperatorEntry<T>& link = links.link.data()[from.link];
@@ -265,7 +275,7 @@ __device__ void store_wide_sums(const SolveSchwarzLevels<T>& a, Domain<T>& domai
 
 /// One block a fine domain.
 template <class T>
-__global__ void __launch_bounds__(threads)
+__global__ void __launch_bounds__(threads, 5)
     solve_fine_level(const __grid_constant__ SolveSchwarzLevels<T> a) {
   __shared__ Domain<T> domain;
   const auto thread = static_cast<int>(threadIdx.x);

@@ -41,7 +41,7 @@ void multiply_mesh(const SolvePcgPart<T>& part, const RowRange& range, Index beg
     if (!part.vertex.drag.empty()) {
       T drag[3][lanes] = {};
       for (Index lane = 0; lane < count; ++lane) {
-        const Vec3<T> term = part.vertex.drag.data()[first + lane] * u.data()[own[lane]];
+        const Vec3<T> term = part.vertex.drag.load(first + lane) * u.data()[own[lane]];
         for (int c = 0; c < 3; ++c) drag[c][lane] = term[c];
       }
       sums.add(drag[0]);
@@ -239,13 +239,13 @@ class Rows {
     // the next store replaces.
     std::size_t i = first;
     for (; i + 1 < last; ++i) {
-      const T* block = me_.inverse[i].e;
+      const T* block = me_.inverse.value.data() + 9 * i;
       const Vec3<T>& r = me_.r[i];
       store_values(
           load_vector(block) * r[0] + load_vector(block + 3) * r[1] + load_vector(block + 6) * r[2],
           own_u(i).e);
     }
-    if (i < last) own_u(i) = me_.inverse[i] * me_.r[i];
+    if (i < last) own_u(i) = me_.inverse.load(static_cast<Index>(i)) * me_.r[i];
   }
 
   void sum_products(std::size_t first, std::size_t last, double* out) const {

@@ -201,8 +201,8 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.far = of.far;
   part.contact = of.contact;
   part.fixed = of.fixed;
-  part.vertex = k.mesh.vertex_part();
-  part.inverse = k.preconditioner.blocks();
+  part.vertex = k.mesh.vertex_part(k.own);
+  part.inverse = k.preconditioner.blocks(k.own);
   part.fine = k.preconditioner.fine();
   part.wide = k.preconditioner.wide();
   k.krylov.fill(part);

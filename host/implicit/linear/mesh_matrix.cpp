@@ -15,7 +15,7 @@ void MeshMatrix<T>::make(Device& device, const RankRows& own, const MeshRows& ro
   weft::make(device, value, 9 * rows.column.size());
   weft::make(device, diagonal, count);
   weft::make(device, vertex_mass, count);
-  weft::make(device, vertex_drag, wind ? count : 0);
+  weft::make(device, vertex_drag, wind ? own.block_numbers() : 0);
 }
 
 template <class T>
@@ -42,7 +42,7 @@ void MeshMatrix<T>::assemble(Queue& queue, const RankRows& own, const RankGeomet
                                 at.rhs,
                                 vertex_mass.span(),
                                 e.corner_drag.span(),
-                                vertex_drag.span()});
+                                {own.block_slice(), vertex_drag.span()}});
 }
 
 template struct MeshMatrix<float>;

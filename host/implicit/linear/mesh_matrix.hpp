@@ -16,8 +16,8 @@ struct MeshMatrix {
   Buffer<Index> column;
   Buffer<T> value;
   Buffer<Mat3<T>> diagonal;
-  Buffer<T> vertex_mass;        ///< see VertexPart
-  Buffer<Mat3<T>> vertex_drag;  ///< empty: no wind
+  Buffer<T> vertex_mass;  ///< see VertexPart
+  Buffer<T> vertex_drag;  ///< empty: no wind
   Buffer<Offset> block_source_offset;
   Buffer<BlockSource> block_source;
   Buffer<Offset> corner_source_offset;
@@ -39,7 +39,9 @@ struct MeshMatrix {
     return {own.count,     own.slice,    slice_offset.span(),
             column.span(), value.span(), diagonal.span()};
   }
-  VertexPart<T> vertex_part() const { return {vertex_mass.span(), vertex_drag.span()}; }
+  VertexPart<T> vertex_part(const RankRows& own) const {
+    return {vertex_mass.span(), {own.block_slice(), vertex_drag.span()}};
+  }
 };
 
 }  // namespace weft

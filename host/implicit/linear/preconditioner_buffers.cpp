@@ -8,7 +8,7 @@ template <class T>
 void PreconditionerBuffers<T>::make(Device& device, const RankRows& own, Preconditioner chosen,
                                     Index partial_rows) {
   const MemoryName name("preconditioner");
-  weft::make(device, inverse_, static_cast<std::size_t>(own.count));
+  weft::make(device, inverse_, own.block_numbers());
   fine_ = {};
   wide_ = {};
   if (chosen != Preconditioner::multilevel) return;
@@ -31,8 +31,12 @@ void PreconditionerBuffers<T>::make(Device& device, const RankRows& own, Precond
 
 template <class T>
 void PreconditionerBuffers<T>::launch_blocks(Queue& queue, const RankRows& own, const Of& of) {
-  launch(queue, Precondition<T>{own.begin, own.count, of.mesh.diagonal, of.contact, of.fixed,
-                                inverse_.span()});
+  launch(queue, Precondition<T>{own.begin,
+                                own.count,
+                                of.mesh.diagonal,
+                                of.contact,
+                                of.fixed,
+                                {own.block_slice(), inverse_.span()}});
 }
 
 template <class T>

@@ -23,13 +23,14 @@ class PreconditionerBuffers {
   void launch_blocks(Queue& queue, const RankRows& own, const Of& of);
   void launch_levels(Queue& queue, const RankRows& own, const Of& of);
 
-  Span<const Mat3<T>> blocks() const { return inverse_.span(); }
+  RowBlocks<const T> blocks(const RankRows& own) const {
+    return {own.block_slice(), inverse_.span()};
+  }
   const FineLevel<T>& fine() const { return fine_; }
   const WideLevel<T>& wide() const { return wide_; }
 
  private:
-  Buffer<Mat3<T>> inverse_;
-  Buffer<T> fine_inverse_, wide_inverse_;
+  Buffer<T> inverse_, fine_inverse_, wide_inverse_;
   Buffer<double> wide_sum_;
   FineLevel<T> fine_;
   WideLevel<T> wide_;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "host/state/store.hpp"
+#include "weft/state/block_ell.hpp"
+#include "weft/state/row_blocks.hpp"
 
 namespace weft {
 
@@ -15,6 +17,10 @@ struct RankRows {
       : begin(partition.row_begin[static_cast<std::size_t>(r)]),
         count(partition.row_begin[static_cast<std::size_t>(r) + 1] - begin),
         slice(partition.slice) {}
+
+  /// See RowBlocks.
+  Index block_slice() const { return slice == cuda_slice ? cuda_slice : 1; }
+  std::size_t block_numbers() const { return RowBlocks<float>::size(count, block_slice()); }
 };
 
 /// A new buffer on the device with these values.

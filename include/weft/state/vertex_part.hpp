@@ -1,8 +1,8 @@
 #pragma once
 
-#include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
+#include "weft/state/row_blocks.hpp"
 
 namespace weft {
 
@@ -11,8 +11,8 @@ namespace weft {
 /// products take them from differences: see docs/decisions/003-linear-solve.md.
 template <class T>
 struct VertexPart {
-  Span<const T> mass;        ///< [rows] [kg] m (1 + h a)
-  Span<const Mat3<T>> drag;  ///< [rows] [kg] of the air; empty: none
+  Span<const T> mass;       ///< [rows] [kg] m (1 + h a)
+  RowBlocks<const T> drag;  ///< [kg] of the air; empty: none
 };
 
 }  // namespace weft

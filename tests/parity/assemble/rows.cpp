@@ -121,7 +121,7 @@ struct RowsCase {
     const Buffer<Vec3<T>> rhs(device, row_count);
     const Buffer<T> vertex_mass(device, row_count);
     const Buffer<Mat3<T>> diagonal(device, row_count);
-    const Buffer<Mat3<T>> vertex_drag(device, drag.empty() ? 0 : row_count);
+    const Buffer<T> vertex_drag(device, drag.empty() ? 0 : RowBlocks<T>::size(row_count, 1));
     for (const auto& [begin, size] : parts_of(row_count, parts, slice)) {
       const auto b = static_cast<std::size_t>(begin);
       const std::size_t s = b / slice;
@@ -151,8 +151,7 @@ struct RowsCase {
       args.rhs = rhs.span().subspan(b, static_cast<std::size_t>(size));
       args.vertex_mass = vertex_mass.span().subspan(b, static_cast<std::size_t>(size));
       args.corner_drag = drag_d.span();
-      if (!drag.empty())
-        args.vertex_drag = vertex_drag.span().subspan(b, static_cast<std::size_t>(size));
+      if (!drag.empty()) args.vertex_drag = RowBlocks<T>{1, vertex_drag.span()}.from(begin);
       launch(device.compute(), args);
     }
     Outputs outputs = {output("value", download(value)), output("diagonal", download(diagonal)),

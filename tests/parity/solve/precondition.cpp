@@ -8,7 +8,7 @@ namespace weft::parity {
 namespace {
 
 /// Rows 40 to 339 of 400 vertices; every third row touches the next.
-template <class T, bool with_contact>
+template <class T, bool with_contact, Index slice>
 struct PreconditionCase {
   using Scalar = T;
   static constexpr Index count = 400, row_begin = 40, row_count = 300;
@@ -54,17 +54,21 @@ struct PreconditionCase {
   Outputs compute(Device& device, Index parts) const {
     const auto mesh_d = upload(device, mesh);
     const auto fixed_d = upload(device, fixed);
-    const Buffer<Mat3<T>> inverse(device, row_count);
-    for (const auto& [begin, size] : parts_of(row_count, parts, 8)) {
+    const Buffer<T> inverse(device, RowBlocks<T>::size(row_count, slice));
+    for (const auto& [begin, size] : parts_of(row_count, parts, 32)) {
       const Index first = row_begin + begin;
       const ContactOperatorRows<T> links_d(device, links, first, first + size);
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
       launch(device.compute(),
              Precondition<T>{first, size, mesh_d.span().subspan(b, n), links_d.view(),
-                             fixed_d.span(), inverse.span().subspan(b, n)});
+                             fixed_d.span(), RowBlocks<T>{slice, inverse.span()}.from(begin)});
       device.compute().sync();
     }
-    return {output("inverse", download(inverse))};
+    const std::vector<T> values = download(inverse);
+    std::vector<Mat3<T>> blocks;
+    for (Index r = 0; r < row_count; ++r)
+      blocks.push_back(RowBlocks<const T>{slice, {values.data(), values.size()}}.load(r));
+    return {output("inverse", blocks)};
   }
 
   Outputs reference() const {
@@ -82,8 +86,9 @@ struct PreconditionCase {
   }
 };
 
-using Cases = testing::Types<PreconditionCase<float, true>, PreconditionCase<float, false>,
-                             PreconditionCase<double, true>, PreconditionCase<double, false>>;
+using Cases =
+    testing::Types<PreconditionCase<float, true, 1>, PreconditionCase<float, false, 32>,
+                   PreconditionCase<double, true, 32>, PreconditionCase<double, false, 1>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(Precondition, KernelParity, Cases);
 
 }  // namespace

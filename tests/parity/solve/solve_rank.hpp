@@ -53,16 +53,17 @@ class SolveRank {
     for (Index v = begin; v < end; ++v)
       b.push_back(vec_cast<T>(system.rhs[static_cast<std::size_t>(v)]));
     rhs_ = upload(device, b);
-    std::vector<Mat3<T>> drag;
-    for (Index v = begin; v < end && !system.drag.empty(); ++v) {
-      drag.emplace_back();
+    std::vector<T> drag(system.drag.empty() ? 0 : RowBlocks<T>::size(rows(), block_slice()));
+    for (Index v = begin; v < end && !drag.empty(); ++v) {
+      Mat3<T> block;
       for (int k = 0; k < 9; ++k)
-        drag.back().e[k] = static_cast<T>(system.drag[static_cast<std::size_t>(v)].e[k]);
+        block.e[k] = static_cast<T>(system.drag[static_cast<std::size_t>(v)].e[k]);
+      RowBlocks<T>{block_slice(), {drag.data(), drag.size()}}.store(v - begin, block);
     }
     drag_ = upload(device, drag);
     mass_ = upload(device, std::vector<T>(system.mass.begin() + begin, system.mass.begin() + end));
     x_ = upload(device, guess);
-    inverse_ = Buffer<Mat3<T>>(device, own);
+    inverse_ = Buffer<T>(device, RowBlocks<T>::size(rows(), block_slice()));
     for (auto* vector : {&u_, &r_, &w_, &p_, &s_})
       *vector = Buffer<Vec3<T>>(device, vector == &u_ ? all : own);
     stamp_ = upload(device, std::vector<Index>(all, 0));
@@ -90,7 +91,7 @@ class SolveRank {
     launch(queue, SolveHalo<T>{rank, row_begin_.span(), mesh_ghost_.span(), contact_.view(),
                                stamp_.span(), 1, ghost_.span(), ghost_offset_.span()});
     launch(queue, Precondition<T>{begin_, rows(), mesh_.diagonal.span(), contact_.view(),
-                                  fixed_.span(), inverse_.span()});
+                                  fixed_.span(), blocks(inverse_)});
     if (fine_.aggregates > 0)
       launch(queue, SolveSchwarzLevels<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
                                           fixed_.span(), fine_, wide_, wide_sum_.span()});
@@ -101,9 +102,9 @@ class SolveRank {
     SolvePcgPart<T> part;
     part.mesh = mesh_.blocks();
     part.far = far_.scalars();
-    part.vertex = {mass_.span(), drag_.span()};
+    part.vertex = {mass_.span(), blocks(drag_).to_read()};
     part.contact = contact_.view();
-    part.inverse = inverse_.span();
+    part.inverse = blocks(inverse_).to_read();
     part.fine = fine_;
     part.wide = wide_;
     part.fixed = fixed_.span();
@@ -150,6 +151,8 @@ class SolveRank {
       if (entry.first < begin_ || entry.first >= end_) result.push_back(entry.first);
     return result;
   }
+  Index block_slice() const { return device_->backend() == Backend::cuda ? cuda_slice : 1; }
+  RowBlocks<T> blocks(const Buffer<T>& values) const { return {block_slice(), values.span()}; }
   template <class Level>
   void make_level(Level& level, Buffer<T>& inverse) {
     if (level.aggregates == 0) return;
@@ -166,10 +169,9 @@ class SolveRank {
   Buffer<unsigned char> fixed_;
   Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
   Buffer<T> mass_;
-  Buffer<Mat3<T>> drag_;
+  Buffer<T> drag_;
   Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;
-  Buffer<Mat3<T>> inverse_;
-  Buffer<T> fine_inverse_, wide_inverse_;
+  Buffer<T> inverse_, fine_inverse_, wide_inverse_;
   Buffer<double> wide_sum_;
   FineLevel<T> fine_;
   WideLevel<T> wide_;

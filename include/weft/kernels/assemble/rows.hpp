@@ -6,6 +6,7 @@
 #include "weft/elements/scalar.hpp"
 #include "weft/exec/element_wise.hpp"
 #include "weft/state/block_ell.hpp"
+#include "weft/state/row_blocks.hpp"
 
 namespace weft {
 
@@ -60,7 +61,7 @@ struct AssembleRows {
   Span<Vec3<T>> rhs;                    ///< [rows] [N s] local
   Span<T> vertex_mass;                  ///< [rows] see VertexPart
   Span<const Mat3<T>> corner_drag{};    ///< see AssembleWind; empty: no wind
-  Span<Mat3<T>> vertex_drag{};          ///< [rows] see VertexPart; not used without wind
+  RowBlocks<T> vertex_drag{};           ///< see VertexPart; not used without wind
 
   WEFT_HD Mat3<T> element_block(BlockSource source) const noexcept {
     if (source >= 0) {
@@ -111,8 +112,9 @@ struct AssembleRows {
     rhs[row] = impulse;
     Mat3<T> diagonal = damped * Mat3<T>::identity();
     if (!corner_drag.empty()) {
-      vertex_drag[row] = sum_corner_drag(row);
-      diagonal += vertex_drag[row];
+      const Mat3<T> drag = sum_corner_drag(row);
+      vertex_drag.store(i, drag);
+      diagonal += drag;
     }
 
     const Index width = matrix.slice;

@@ -53,7 +53,7 @@ struct SolvePcgPart {
   ScalarEll<T> far;  ///< bending between other vertices; row_count 0: none
   VertexPart<T> vertex;
   ContactOperator<T> contact;
-  Span<const Mat3<T>> inverse;      ///< [rows] block Jacobi, zero in fixed rows
+  RowBlocks<const T> inverse;       ///< block Jacobi, zero in fixed rows
   FineLevel<T> fine;                ///< added to it, if in use
   WideLevel<T> wide;                ///< the same
   Span<const unsigned char> fixed;  ///< [vertices]

@@ -5,6 +5,7 @@
 #include "weft/core/span.hpp"
 #include "weft/exec/element_wise.hpp"
 #include "weft/state/contact_operator.hpp"
+#include "weft/state/row_blocks.hpp"
 
 namespace weft {
 
@@ -35,20 +36,19 @@ struct Precondition {
   Span<const Mat3<T>> diagonal;  ///< [rows] [kg] of the mesh
   ContactOperator<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices] 1 where the velocity is prescribed
-  Span<Mat3<T>> inverse;            ///< [rows] [1/kg]
+  RowBlocks<T> inverse;             ///< [1/kg]
 
   WEFT_HD Index count() const noexcept { return row_count; }
 
   WEFT_HD void operator()(Index i) const noexcept {
     const Index vertex = row_begin + i;
-    Mat3<T>& own = inverse[static_cast<std::size_t>(i)];
     if (fixed[static_cast<std::size_t>(vertex)] != 0) {
-      own = {};
+      inverse.store(i, {});
       return;
     }
     Mat3<T> sum = diagonal[static_cast<std::size_t>(i)];
     add_diagonal(contact, i, vertex, sum);
-    own = inverse_symmetric(sum);
+    inverse.store(i, inverse_symmetric(sum));
   }
 };
 

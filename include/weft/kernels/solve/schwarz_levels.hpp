@@ -40,7 +40,9 @@ struct FineLevel : SchwarzLevel<T> {
     const Index aggregates = std::min(schwarz_aggregates_max, partial_rows >> shift);
     return {{shift, aggregates < 2 ? 0 : aggregates, {}}};
   }
-  WEFT_HD constexpr Index domain_numbers() const noexcept { return SymmetricBlocks::size(this->aggregates); }
+  WEFT_HD constexpr Index domain_numbers() const noexcept {
+    return SymmetricBlocks::size(this->aggregates);
+  }
   /// Sums that the wide level takes over from each domain, see SolveSchwarzLevels.
   static constexpr Index wide_sums = 9 * schwarz_aggregates_max;
 };

@@ -206,7 +206,7 @@ class PcgBlock {
         if (row >= rows_) continue;
         if (!fixed(row)) r[j] = part_.rhs.data()[row] - part_.w.data()[row];
         own.r[row - own.first] = r[j];
-        u[j] = part_.inverse.load(row) * r[j];
+        u[j] = load_once(part_.inverse, row) * r[j];
       }
       finish_u(at, turn, r, u);
     }
@@ -236,7 +236,7 @@ class PcgBlock {
         own.s[i] = s;
         own.r[i] = r[j];
         own.x[i] += alpha * p;
-        u[j] = part_.inverse.load(row) * r[j];
+        u[j] = load_once(part_.inverse, row) * r[j];
       }
       finish_u(at, turn, r, u);
     }

@@ -100,12 +100,18 @@ __device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index row, const Vec3<T>* v
   return sum;
 }
 
+/// Block of a row, used once, as values of add_block() are.
+template <class T>
+__device__ Mat3<T> load_once(const RowBlocks<const T>& blocks, Index row) {
+  return blocks.load(row, [](const T* number) { return __ldcs(number); });
+}
+
 /// Row `row` of the vertex part times its own velocity.
 template <class T>
 __device__ Vec3<T> vertex_row(const VertexPart<T>& vertex, Index row, const Vec3<T>& own) {
   Vec3<T> sum = __ldcs(vertex.mass.data() + row) * own;
   if (vertex.drag.empty()) return sum;
-  const Mat3<T> drag = vertex.drag.load(row);
+  const Mat3<T> drag = load_once(vertex.drag, row);
 #pragma unroll
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) sum[i] = fma(drag(i, k), own[k], sum[i]);

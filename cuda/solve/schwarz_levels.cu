@@ -1,6 +1,7 @@
 #include "weft/kernels/solve/schwarz_levels.hpp"
 
 #include "cuda/exec/launch.cuh"
+#include "weft/state/link_blocks.hpp"
 
 namespace weft {
 namespace {
@@ -77,10 +78,10 @@ struct Pair {
 /// Where an entry is added: a pair of aggregates of the domain, or what lies left of it.
 constexpr int left_place = pair_count;  ///< of aggregate 0 and of the first domain to the left
 constexpr int place_count = left_place + side * side;
-constexpr short nowhere = -1;
+constexpr short nowhere = LinkBlocks<float>::nowhere;
 
 constexpr int slots_at_once = 8;
-constexpr int links_at_once = 128;
+constexpr int links_at_once = threads;
 
 template <class T>
 struct EntryPlaces {
@@ -89,6 +90,7 @@ struct EntryPlaces {
 
 template <class T>
 struct LinkPlaces {
+  int count[links_at_once];
   short place[links_at_once][4];
   T weight[links_at_once][4];
   T block[links_at_once][6];
@@ -201,8 +203,6 @@ class BlockSums {
   __device__ void add_links() {
     const ContactOperator<T>& links = a_.contact;
     LinkPlaces<T>& staged = domain_.links;
-    constexpr int stagers = 128;  // threads, one a corner
-    static_assert(stagers <= threads && 4 * links_at_once % stagers == 0);
     for (Index row = static_cast<Index>(threadIdx.x); row <= rows_; row += threads)
       domain_.end_offset[row] = links.end_offset.data()[first_ + row];
     __syncthreads();
@@ -210,30 +210,39 @@ class BlockSums {
     const Index last = offset[rows_];
     for (Index begin = offset[0]; begin < last; begin += links_at_once) {
       const Index end = min(last, begin + links_at_once);
-#pragma unroll
-      for (int n = 0; n < 4 * links_at_once / stagers; ++n) {
-        const int staging = (n * stagers + static_cast<int>(threadIdx.x)) / 4;
-        const Index e = begin + staging;
-        if (threadIdx.x >= stagers || e >= end) continue;
-        const int corner = static_cast<int>(threadIdx.x) % 4;
-        const ContactScatter<T> from = links.end.data()[e];
-        const ContactOperatorEntry<T>& link = links.link.data()[from.link];
-        Index row = 0;
-        for (int step = fine_rows_max / 2; step > 0; step /= 2)
-          if (row + step < rows_ && offset[row + step] <= e) row += step;
-        staged.place[staging][corner] = place_of(row, link.v[corner]);
-        staged.weight[staging][corner] = from.weight * link.w[corner];
-        for (int k = corner; k < 6; k += 4) staged.block[staging][k] = link.block[k];
-      }
+      if (const Index e = begin + static_cast<Index>(threadIdx.x); e < end) stage(e, e - begin);
       __syncthreads();
       const int k = ContactOperatorEntry<T>::place(component_);
-      for (Index e = max(begin, offset[own_begin_]); e < min(end, offset[own_end_]); ++e)
-        for (int corner = 0; corner < 4; ++corner)
-          if (const short place = staged.place[e - begin][corner]; place != nowhere)
-            add(place,
-                static_cast<double>(staged.weight[e - begin][corner] * staged.block[e - begin][k]));
+      for (Index e = max(begin, offset[own_begin_]); e < min(end, offset[own_end_]); ++e) {
+        const T entry = staged.block[e - begin][k];
+        for (int n = 0; n < staged.count[e - begin]; ++n)
+          add(staged.place[e - begin][n], static_cast<double>(staged.weight[e - begin][n] * entry));
+      }
       __syncthreads();
     }
+  }
+  /// What end e of a link adds, to number n of shared memory.
+  __device__ void stage(Index e, Index n) {
+    LinkPlaces<T>& staged = domain_.links;
+    const ContactOperatorEntry<T> link =
+        a_.contact.link.data()[__ldg(&a_.contact.end.data()[e].link)];
+    Index row = 0;
+    for (int step = fine_rows_max / 2; step > 0; step /= 2)
+      if (row + step < rows_ && domain_.end_offset[row + step] <= e) row += step;
+    int place[4];
+#pragma unroll
+    for (int j = 0; j < 4; ++j) place[j] = place_of(row, link.v[j]);
+    const auto aggregate = static_cast<int>(row >> a_.fine.shift);
+    const auto blocks =
+        LinkBlocks<T>::of(link, a_.row_begin + first_ + row, place, pair_of(aggregate, aggregate));
+    int count = 0;
+    for (int j = 0; j < 4; ++j) {
+      if (blocks.weight[j] == T(0)) continue;
+      staged.place[n][count] = static_cast<short>(place[j]);
+      staged.weight[n][count++] = blocks.weight[j];
+    }
+    staged.count[n] = count;
+    for (int k = 0; k < 6; ++k) staged.block[n][k] = link.block[k];
   }
 
   const SolveSchwarzLevels<T>& a_;

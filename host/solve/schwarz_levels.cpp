@@ -6,6 +6,7 @@
 
 #include "host/exec/host_device.hpp"
 #include "host/solve/galerkin_matrix.hpp"
+#include "weft/state/link_blocks.hpp"
 
 namespace weft {
 namespace {
@@ -91,13 +92,29 @@ class DomainInverter {
   }
 
   void add_contacts() noexcept {
+    if (a_.contact.count.empty()) return;
     for (Index row = first_; row < last_; ++row)
-      if (!fixed(row))
-        visit_contact_entries(
-            a_.contact, row, [&](Index vertex, T weight, const ContactOperatorEntry<T>& link) {
-              if (const Index other = vertex - a_.row_begin; has(other))
-                add_block(row, other, [&](int k) { return weight * link.component(k); });
-            });
+      for (Index e = a_.contact.end_offset.data()[row]; e < a_.contact.end_offset.data()[row + 1];
+           ++e)
+        if (!fixed(row)) add_link(row, a_.contact.link.data()[a_.contact.end.data()[e].link]);
+  }
+  void add_link(Index row, const ContactOperatorEntry<T>& link) noexcept {
+    int place[4];
+    for (int n = 0; n < 4; ++n) place[n] = place_of(row, link.v[n] - a_.row_begin);
+    const auto blocks =
+        LinkBlocks<T>::of(link, a_.row_begin + row, place, static_cast<int>(aggregate(row)));
+    for (int n = 0; n < 4; ++n)
+      if (blocks.weight[n] != T(0))
+        add_block(row, link.v[n] - a_.row_begin,
+                  [&](int k) { return blocks.weight[n] * link.component(k); });
+  }
+  /// Number of a column's aggregate, up to that of the row, or, behind those, of the wide level's.
+  int place_of(Index row, Index column) const noexcept {
+    if (!has(column)) return LinkBlocks<T>::nowhere;
+    if (column < first_)
+      return static_cast<int>(schwarz_aggregates_max + ((column - begin_) >> a_.wide.shift));
+    return aggregate(column) <= aggregate(row) ? static_cast<int>(aggregate(column))
+                                               : LinkBlocks<T>::nowhere;
   }
 
   void invert_wide() const noexcept {

@@ -37,9 +37,14 @@ struct RowBlocks {
   }
 
   WEFT_HD Mat3<T> load(Index row) const noexcept {
+    return load(row, [](const Number* number) { return *number; });
+  }
+  /// @param read (const T*) loads a number
+  template <class Read>
+  WEFT_HD Mat3<T> load(Index row, const Read& read) const noexcept {
     const Number* from = first_of(row);
     Mat3<T> block;
-    for (int k = 0; k < 9; ++k) block.e[k] = from[k * slice];
+    for (int k = 0; k < 9; ++k) block.e[k] = read(from + k * slice);
     return block;
   }
   WEFT_HD void store(Index row, const Mat3<T>& block) const noexcept {

@@ -81,7 +81,7 @@ constexpr int place_count = left_place + side * side;
 constexpr short nowhere = LinkBlocks<float>::nowhere;
 
 constexpr int slots_at_once = 8;
-constexpr int links_at_once = threads;
+constexpr int links_at_once = threads / side;  ///< of an aggregate
 
 template <class T>
 struct EntryPlaces {
@@ -90,10 +90,10 @@ struct EntryPlaces {
 
 template <class T>
 struct LinkPlaces {
-  int count[links_at_once];
-  short place[links_at_once][4];
-  T weight[links_at_once][4];
-  T block[links_at_once][6];
+  int count[threads];
+  short place[threads][4];
+  T weight[threads][4];
+  T block[threads][6];
 };
 
 template <class T>
@@ -199,36 +199,45 @@ class BlockSums {
     }
   }
 
-  /// As visit_contact_entries(), some ends of links at a time. The whole block calls it.
+  /// What the ends of links add, a share of each aggregate's at a time: ends stand row by row. The
+  /// whole block calls it.
   __device__ void add_links() {
-    const ContactOperator<T>& links = a_.contact;
     LinkPlaces<T>& staged = domain_.links;
     for (Index row = static_cast<Index>(threadIdx.x); row <= rows_; row += threads)
-      domain_.end_offset[row] = links.end_offset.data()[first_ + row];
+      domain_.end_offset[row] = a_.contact.end_offset.data()[first_ + row];
     __syncthreads();
     const Index* offset = domain_.end_offset;
-    const Index last = offset[rows_];
-    for (Index begin = offset[0]; begin < last; begin += links_at_once) {
-      const Index end = min(last, begin + links_at_once);
-      if (const Index e = begin + static_cast<Index>(threadIdx.x); e < end) stage(e, e - begin);
+    const Index share = Index{1} << a_.fine.shift;
+    Index most = 0;
+    for (Index row = 0; row < rows_; row += share)
+      most = max(most, offset[min(rows_, row + share)] - offset[row]);
+    const int k = ContactOperatorEntry<T>::place(component_);
+    for (Index done = 0; done < most; done += links_at_once) {
+      const auto n = static_cast<int>(threadIdx.x);
+      const Index row = n / links_at_once * share;
+      if (row < rows_) stage(done + n % links_at_once, row, n);
       __syncthreads();
-      const int k = ContactOperatorEntry<T>::place(component_);
-      for (Index e = max(begin, offset[own_begin_]); e < min(end, offset[own_end_]); ++e) {
-        const T entry = staged.block[e - begin][k];
-        for (int n = 0; n < staged.count[e - begin]; ++n)
-          add(staged.place[e - begin][n], static_cast<double>(staged.weight[e - begin][n] * entry));
+      const Index left = offset[own_end_] - offset[own_begin_] - done;
+      for (int i = 0; i < min(left, Index{links_at_once}); ++i) {
+        const int place = aggregate_ * links_at_once + i;
+        const T entry = staged.block[place][k];
+        for (int j = 0; j < staged.count[place]; ++j)
+          add(staged.place[place][j], static_cast<double>(staged.weight[place][j] * entry));
       }
       __syncthreads();
     }
   }
-  /// What end e of a link adds, to number n of shared memory.
-  __device__ void stage(Index e, Index n) {
+  /// What an end of a link adds, to number n of shared memory.
+  /// @param e number of those that an aggregate's rows have, from `row` on
+  __device__ void stage(Index e, Index row, int n) {
+    const Index* offset = domain_.end_offset;
+    const Index last = min(rows_, row + (Index{1} << a_.fine.shift));
+    e += offset[row];
+    if (e >= offset[last]) return;
+    while (offset[row + 1] <= e) ++row;
     LinkPlaces<T>& staged = domain_.links;
     const ContactOperatorEntry<T> link =
         a_.contact.link.data()[__ldg(&a_.contact.end.data()[e].link)];
-    Index row = 0;
-    for (int step = fine_rows_max / 2; step > 0; step /= 2)
-      if (row + step < rows_ && domain_.end_offset[row + step] <= e) row += step;
     int place[4];
 #pragma unroll
     for (int j = 0; j < 4; ++j) place[j] = place_of(row, link.v[j]);
@@ -236,13 +245,14 @@ class BlockSums {
     const auto blocks =
         LinkBlocks<T>::of(link, a_.row_begin + first_ + row, place, pair_of(aggregate, aggregate));
     int count = 0;
+#pragma unroll
     for (int j = 0; j < 4; ++j) {
       if (blocks.weight[j] == T(0)) continue;
       staged.place[n][count] = static_cast<short>(place[j]);
       staged.weight[n][count++] = blocks.weight[j];
     }
     staged.count[n] = count;
-    for (int k = 0; k < 6; ++k) staged.block[n][k] = link.block[k];
+    for (int c = 0; c < 6; ++c) staged.block[n][c] = link.block[c];
   }
 
   const SolveSchwarzLevels<T>& a_;

@@ -17,16 +17,20 @@ struct LinkBlocks {
   WEFT_HD static LinkBlocks of(const ContactOperatorEntry<T>& link, Index vertex,
                                const int (&place)[4], int own) noexcept {
     LinkBlocks blocks;
-    int first = 0;
-    while (first < 4 && !(place[first] == own && link.w[first] != T(0))) ++first;
-    if (first == 4 || link.v[first] != vertex) return blocks;
+    bool adds = false;
+    for (int n = 3; n >= 0; --n)
+      if (place[n] == own && link.w[n] != T(0)) adds = link.v[n] == vertex;
+    if (!adds) return blocks;
     T all = T(0);
     for (int n = 0; n < 4; ++n) {
       if (place[n] == own) all += link.w[n];
-      if (place[n] == nowhere) continue;
-      int same = 0;
-      while (place[same] != place[n]) ++same;
-      blocks.weight[same] += link.w[n];
+      // To the first corner with the same place.
+      bool added = place[n] == nowhere;
+      for (int first = 0; first <= n; ++first)
+        if (!added && place[first] == place[n]) {
+          blocks.weight[first] += link.w[n];
+          added = true;
+        }
     }
     for (T& weight : blocks.weight) weight *= all;
     return blocks;

@@ -41,16 +41,14 @@ class GalerkinMatrix {
       for (Index j = 0; j <= i; ++j) entry_[i][j] = -entry_[i][j];
   }
 
-  /// The whole matrix as one block, for aggregates of these aggregates.
+  /// The sum of all blocks, of both triangles: what the aggregates together are one block of.
   Mat3<double> total() const noexcept {
     Mat3<double> sum{};
     for (Index i = 0; i < size_; ++i)
       for (Index j = 0; j <= i; ++j) {
-        if (j / 3 < i / 3) sum(j % 3, i % 3) += entry_[i][j];
-        if (j / 3 < i / 3 || j % 3 <= i % 3) sum(i % 3, j % 3) += entry_[i][j];
+        sum(i % 3, j % 3) += entry_[i][j];
+        if (j < i) sum(j % 3, i % 3) += entry_[i][j];
       }
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < i; ++j) sum(j, i) = sum(i, j);
     double scalars = 0;
     for (const auto& row : scalar_)
       for (const double value : row) scalars += value;

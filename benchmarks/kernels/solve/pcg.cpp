@@ -29,7 +29,7 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
                + (18 + 15 + 6) * number  // p, s, r, x, u of the update and of the products
                + 2;                      // marks
   if (preconditioner == Preconditioner::multilevel)
-    row += 48 * 48 * number * (1.0 / 64 + 1.0 / 1024);
+    row += number * (SymmetricBlocks::size(schwarz_aggregates_max) / 64.0 + 48 * 48 / 1024.0);
   return matrix + rows * row;
 }
 

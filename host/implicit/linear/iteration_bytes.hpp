@@ -15,9 +15,9 @@ constexpr double iteration_bytes(Preconditioner preconditioner) noexcept {
     case Preconditioner::block_jacobi:
       return 658;
     case Preconditioner::multilevel:
-      return 811;
+      return 745;
   }
-  return 811;
+  return 745;
 }
 
 /// Bytes of a 3x3 block or a scalar of a matrix, including the column number.

@@ -43,7 +43,7 @@ using lab::DisplacedVerdict;
 using lab::FrameVerdict;
 using Json = nlohmann::ordered_json;
 
-enum ExitCode { nothing_found = 0, something_found = 1, bad_input = 2 };
+enum CheckExitCode { nothing_found = 0, something_found = 1, bad_input = 2 };
 
 /// What CLI11 hands over for an option whose optional value is left out.
 const std::string no_value = "true";

@@ -1,4 +1,4 @@
-# weft_unity(<list>): replaces sources by one file a folder, which includes those of that folder.
+# weft_unity(<list>): replaces sources by one file per folder, which includes those of that folder.
 #
 # For most of our sources the headers of the standard library cost the compiler more than the rest.
 # CMake's UNITY_BUILD would batch across folders, leave out sources with options, and write absolute
@@ -12,7 +12,7 @@ function(weft_unity list_name)
   foreach(source IN LISTS ${list_name})
     get_source_file_property(definitions "${source}" COMPILE_DEFINITIONS)
     if(definitions)
-      list(APPEND result "${source}")
+      list(APPEND result "${source}")  # its definitions are not for the others
     else()
       cmake_path(GET source PARENT_PATH folder)
       file(RELATIVE_PATH folder "${CMAKE_CURRENT_SOURCE_DIR}" "${folder}")

@@ -43,12 +43,12 @@ using lab::DisplacedVerdict;
 using lab::FrameVerdict;
 using Json = nlohmann::ordered_json;
 
-enum ExitCode { nothing_found = 0, something_found = 1, bad_input = 2 };
+enum CheckExitCode { nothing_found = 0, something_found = 1, bad_input = 2 };
 
 /// What CLI11 hands over for an option whose optional value is left out.
 const std::string no_value = "true";
 
-struct Request {
+struct CheckRequest {
   std::vector<std::string> inputs;
   std::string obstacle;  ///< empty: the obstacle of the frame
   bool json = false;
@@ -173,7 +173,7 @@ bool holds_several(const fs::path& path) {
   return extension == ".pc2" || extension == ".usda" || extension == ".spool";
 }
 
-std::vector<Frame> frames_of(const Request& request) {
+std::vector<Frame> frames_of(const CheckRequest& request) {
   std::vector<Frame> frames;
   for (const auto& input : request.inputs) {
     if (fs::is_directory(input)) {
@@ -442,7 +442,7 @@ void warn_of_displaced(const std::vector<Frame>& frames, const std::vector<Outco
 /// its faults.
 /// @param text whether to print these
 /// @return a garment an entry
-Json check_all_worn(const Request& request, bool text, bool& all_worn) {
+Json check_all_worn(const CheckRequest& request, bool text, bool& all_worn) {
   Json list = Json::array();
   for (const std::string& input : request.inputs) {
     WornRequest one = request.worn_of;
@@ -468,7 +468,7 @@ Json check_all_worn(const Request& request, bool text, bool& all_worn) {
   return list;
 }
 
-int run(const Request& request) {
+int run(const CheckRequest& request) {
   const std::vector<Frame> frames = frames_of(request);
   const bool text = !request.quiet && !(request.json && request.json_file.empty());
   lab::ValidatorOptions options;
@@ -516,7 +516,7 @@ int run(const Request& request) {
 /// Makes sense of the optional value of --json. `--json DIR` asks for the report of DIR: a mesh or
 /// any other file that is no report must never be overwritten by one.
 /// @throws SceneError if the value is neither a report nor something to check
-void settle_json(Request& request) {
+void settle_json(CheckRequest& request) {
   const std::string value = std::exchange(request.json_file, {});
   if (value.empty() || value == no_value) return;
   if (fs::path(value).extension() == ".json")
@@ -532,7 +532,7 @@ void settle_json(Request& request) {
 void add_check_subcommand(CLI::App& app, int& exit_code) {
   auto* subcommand = app.add_subcommand(
       "check", "Check frames independently: intersections, inversions, degenerate triangles, NaN");
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<CheckRequest>();
   subcommand
       ->add_option("inputs", request->inputs,
                    "Directory of a run, or cloth meshes (.obj, .ply, .pc2, .usda)")

@@ -45,7 +45,7 @@ using io::FrameMeshes;
 using io::MeshSequence;
 using io::NamedMesh;
 
-struct Request {
+struct ConvertRequest {
   std::vector<std::string> files;  ///< inputs and the output
   std::string input;               ///< the first one
   std::string output;
@@ -59,7 +59,8 @@ struct Request {
 
 /// The frames that are asked for, by their place in a sequence, in increasing order.
 /// @throws SceneError for a frame that is not there
-std::vector<std::size_t> chosen_places(const MeshSequence& sequence, const Request& request) {
+std::vector<std::size_t> chosen_places(const MeshSequence& sequence,
+                                       const ConvertRequest& request) {
   const std::vector<int>& numbers = sequence.frames();
   std::vector<std::size_t> places;
   for (const std::string& given : request.frames) {
@@ -97,7 +98,8 @@ std::vector<NamedMesh> by_object(std::vector<NamedMesh> meshes, const char* join
 }
 
 /// Reads a frame and leaves out what is not wanted.
-FrameMeshes read_parts(const MeshSequence& sequence, std::size_t place, const Request& request) {
+FrameMeshes read_parts(const MeshSequence& sequence, std::size_t place,
+                       const ConvertRequest& request) {
   FrameMeshes meshes = sequence.read(place);
   if (meshes.joined) meshes.cloth_velocities.clear();
   if (meshes.joined) meshes.cloths = by_object(std::move(meshes.cloths), "cloth");
@@ -117,7 +119,7 @@ class Frames {
  public:
   /// @param places of the frames that are going to be read
   Frames(const MeshSequence& sequence, const std::vector<std::size_t>& places,
-         const Request& request)
+         const ConvertRequest& request)
       : sequence_(sequence), request_(request) {
     if (!request.weld) return;
     for (const std::size_t place : places) note_welds(place);
@@ -156,7 +158,7 @@ class Frames {
   }
 
   const MeshSequence& sequence_;
-  const Request& request_;
+  const ConvertRequest& request_;
   std::vector<io::Weld> welds_;      ///< [cloths] empty: nothing is welded
   std::vector<std::size_t> counts_;  ///< [cloths] vertices
 };
@@ -169,7 +171,7 @@ std::vector<NamedMesh> all_of(FrameMeshes meshes) {
 
 /// A frame as one mesh file, or each as one of its own.
 void convert_to_meshes(const MeshSequence& sequence, const std::vector<std::size_t>& places,
-                       const Request& request) {
+                       const ConvertRequest& request) {
   const fs::path output = request.output;
   const io::NumberedName name(output.filename().string());
   if (places.size() > 1 && !name.has_place())
@@ -209,7 +211,7 @@ bool same_file(const fs::path& a, const fs::path& b) {
 }
 
 void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size_t>& places,
-                       const Request& request) {
+                       const ConvertRequest& request) {
   std::vector<io::PointCacheWriter> caches;
   std::vector<Mesh> first;
   std::set<fs::path> taken;
@@ -267,7 +269,7 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
 /// @param write makes it of a spool
 template <class Write>
 void convert_to_animation(const MeshSequence& sequence, const std::vector<std::size_t>& places,
-                          const Request& request, const Write& write) {
+                          const ConvertRequest& request, const Write& write) {
   const fs::path output = request.output;
   const TemporaryFile spool(output.parent_path() /
                             ("." + output.filename().string() + ".spool.tmp"));
@@ -287,14 +289,14 @@ void convert_to_animation(const MeshSequence& sequence, const std::vector<std::s
 }
 
 /// @throws SceneError if an option for sewing patterns was given
-void refuse_pattern_options(const Request& request) {
+void refuse_pattern_options(const ConvertRequest& request) {
   if (!request.pattern_options.empty())
     throw SceneError("", request.pattern_options.front(), "beside " + request.input,
                      "this option only for a sewing pattern of GarmentCode (.json)");
 }
 
 /// @throws SceneError if there are several inputs, which only sewing patterns may be
-void refuse_several(const Request& request) {
+void refuse_several(const ConvertRequest& request) {
   if (request.files.size() > 2)
     throw SceneError("", "IN", std::to_string(request.files.size() - 1) + " files",
                      "one, or several sewing patterns of GarmentCode (.json)");
@@ -306,7 +308,7 @@ void make_folder_of(const fs::path& output) {
 }
 
 /// A scene of ARCSim, or sewing patterns, as a scene of weft; outlines as a sewing pattern.
-void convert_scene(const Request& request) {
+void convert_scene(const ConvertRequest& request) {
   if (io::holds_outlines(request.input)) {
     refuse_pattern_options(request);
     refuse_several(request);
@@ -330,7 +332,7 @@ void convert_scene(const Request& request) {
   for (const std::string& line : lines) fmt::print(stderr, "weft: warning: {}\n", one_line(line));
 }
 
-void convert(const Request& request) {
+void convert(const ConvertRequest& request) {
   const std::string to = lower_extension(request.output);
   if (to == ".json") return convert_scene(request);
   if (to != ".obj" && to != ".ply" && to != ".pc2" && to != ".usda" && to != ".glb")
@@ -359,7 +361,7 @@ void convert(const Request& request) {
 
 void add_convert_subcommand(CLI::App& app, int& exit_code) {
   auto* subcommand = app.add_subcommand("convert", "Write meshes and animations in another format");
-  auto request = std::make_shared<Request>();
+  auto request = std::make_shared<ConvertRequest>();
   subcommand
       ->add_option(
           "files", request->files,

@@ -22,7 +22,6 @@ namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 using io::NamedMesh;
 
 /// Obstacles of a frame one by one, in world places.
@@ -53,7 +52,7 @@ Mesh body_of(std::vector<NamedMesh> bodies, const std::string& name, const std::
 lab::BodySegmentation read_segmentation(const std::string& file, std::size_t vertices) {
   lab::BodySegmentation result;
   if (file.empty()) return result;
-  const Json json = Json::parse(read_file_bytes(file), nullptr, false);
+  const nlohmann::json json = nlohmann::json::parse(read_file_bytes(file), nullptr, false);
   const std::string allowed = "an object of lists of vertex numbers below " +
                               std::to_string(vertices) + ", by name of the part";
   if (!json.is_object() || json.empty())
@@ -61,7 +60,7 @@ lab::BodySegmentation read_segmentation(const std::string& file, std::size_t ver
   for (const auto& [name, list] : json.items()) {
     if (!list.is_array()) throw SceneError(file, name, "no list", allowed);
     result.emplace_back(name, std::vector<Index>());
-    for (const Json& v : list) {
+    for (const nlohmann::json& v : list) {
       const bool whole = v.is_number_integer();
       const bool in_range =
           whole && v.get<double>() >= 0 && v.get<double>() < static_cast<double>(vertices);

@@ -1,11 +1,11 @@
 #include "host/asynchronous/buckets.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
 
+#include "host/asynchronous/seconds.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
@@ -14,17 +14,13 @@ namespace weft {
 namespace {
 
 /// Fewer vertices than this are advanced sooner by one thread.
-constexpr std::size_t least_share = 2048;
+constexpr std::size_t least_vertices_per_thread = 2048;
 /// [s] Interval at which gravity and prescribed motion are updated: straight segments of that
 /// length deviate by a micrometre from a path with an acceleration of 10 m/s^2.
 constexpr double slow_step = 1e-3;
 /// Share of the longest stable step of one pair that layers take: up to 16 pairs may pull at a
 /// vertex at once, as their stiffnesses add up.
 constexpr double layer_share = 0.25;
-
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Two vertices of the smallest mass, pushed apart by the first layer: omega^2 = 2 r(1) / m.
 LayerRule layer_rule(const Scene& scene, const Model& model) {
@@ -99,7 +95,7 @@ void ForceBuckets::begin(double time, WindowState& course) {
 void ForceBuckets::advance_cloth(double time, WindowState& course, Workers& workers) const {
   VertexMotion& motion = course.motion;
   Vec3<double>* const breakpoints = course.trajectories.add_all(time);
-  workers.share(cloth_count_, least_share, [&](std::size_t a, std::size_t b) {
+  workers.share(cloth_count_, least_vertices_per_thread, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i) {
       motion.advance(i, time);
       breakpoints[i] = motion.x[i];

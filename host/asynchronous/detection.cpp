@@ -11,7 +11,7 @@
 namespace weft {
 namespace {
 
-constexpr std::size_t least_share = 128;
+constexpr std::size_t least_items_per_thread = 128;
 /// A window that is rolled back anyway gives a layer to pairs too that come within so much of its
 /// thickness: many of them would ask for it next.
 constexpr double look_ahead = 1.1;
@@ -67,7 +67,7 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
 
 /// @param straight [m] paths that deviate less are treated as chords of that thickness
 void Detection::sweep(const Histories& trajectories, double straight, Workers& workers) {
-  workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
+  workers.share(swept_.size(), least_items_per_thread, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; i += swept_at_once) {
       const std::size_t end = std::min(i + swept_at_once, b);
       trajectories.chords(i, end, chords_.data() + i);
@@ -98,7 +98,7 @@ void Detection::collect(const Histories& trajectories, Workers& workers) {
       first_breakpoint_.push_back(first_breakpoint_.back() + trajectories.most_breakpoints(at(v)));
     }
   if (breakpoints_.size() < first_breakpoint_.back()) breakpoints_.resize(first_breakpoint_.back());
-  workers.share(corners_.size(), least_share, [&](std::size_t a, std::size_t b) {
+  workers.share(corners_.size(), least_items_per_thread, [&](std::size_t a, std::size_t b) {
     for (std::size_t k = a; k < b; ++k) {
       Breakpoint* const to = breakpoints_.data() + first_breakpoint_[k];
       trajectory_[at(corners_[k])] = {to, trajectories.copy(at(corners_[k]), to)};
@@ -171,7 +171,7 @@ void Detection::near(const Search& search, Workers& workers) {
     for (int k = 0; k < 3; ++k)
       reach = std::max({reach, double(std::abs(dop.lo[k])), double(std::abs(dop.hi[k]))});
   rounding_ = 64 * std::numeric_limits<double>::epsilon() * (reach + search.rule.thickness);
-  workers.share(edges_.size(), least_share, [&](std::size_t a, std::size_t b) {
+  workers.share(edges_.size(), least_items_per_thread, [&](std::size_t a, std::size_t b) {
     for (std::size_t e = a; e < b; ++e) {
       edges_swept_[e] = swept_[at(edges_[e].v[0])];
       edges_swept_[e].include(swept_[at(edges_[e].v[1])]);

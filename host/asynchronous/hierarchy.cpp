@@ -11,7 +11,7 @@ namespace {
 
 /// Work is shared out in at least so many parts, whatever the number of threads.
 constexpr std::size_t tasks_wanted = 256;
-constexpr std::size_t least_share = 256;
+constexpr std::size_t least_nodes_per_thread = 256;
 
 }  // namespace
 
@@ -74,7 +74,7 @@ void Hierarchy::build(std::size_t node, std::size_t first, std::size_t last,
 }
 
 void Hierarchy::fit(const std::vector<Dop>& swept, Workers& workers) {
-  workers.share(leaf_first_, least_share, [&](std::size_t a, std::size_t b) {
+  workers.share(leaf_first_, least_nodes_per_thread, [&](std::size_t a, std::size_t b) {
     for (std::size_t k = a; k < b; ++k) {
       Dop dop;
       if (triangle_[k] < triangles_.size())
@@ -83,7 +83,7 @@ void Hierarchy::fit(const std::vector<Dop>& swept, Workers& workers) {
     }
   });
   for (std::size_t first = leaf_first_ / 2; first > 0; first /= 2)
-    workers.share(first, least_share, [&](std::size_t a, std::size_t b) {
+    workers.share(first, least_nodes_per_thread, [&](std::size_t a, std::size_t b) {
       for (std::size_t n = first + a; n < first + b; ++n) {
         nodes_[n] = nodes_[2 * n];
         nodes_[n].include(nodes_[2 * n + 1]);

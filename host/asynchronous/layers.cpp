@@ -14,9 +14,9 @@ namespace {
 constexpr double kept_share = 1.1;
 /// Slabs that spare a pair the look at its closest points are so much thicker than the layer: much
 /// more than what both are rounded by.
-constexpr double slab_margin = 1e-6;
+constexpr double layer_slab_margin = 1e-6;
 /// Pairs of a layer that are worth a thread.
-constexpr std::size_t least_share = 128;
+constexpr std::size_t least_pairs_per_thread = 128;
 
 /// Whether a slab across a unit vector shows that the corners are farther apart than a distance,
 /// with rounding to spare.
@@ -30,7 +30,7 @@ bool slab_between(const Vec3<double> (&x)[4], int first_count, const Vec3<double
     else
       second = std::max(second, along);
   }
-  return first - second > distance * (1 + slab_margin);
+  return first - second > distance * (1 + layer_slab_margin);
 }
 
 /// What one layer does to one pair.
@@ -129,7 +129,7 @@ void ActiveLayers::deepen(const std::vector<PrimitivePair>& found) {
 std::vector<LayeredPair> ActiveLayers::kept(const LayerRule& rule, const VertexMotion& motion,
                                             double time, Workers& workers) const {
   std::vector<LayeredPair> next = pairs_;
-  workers.share(next.size(), least_share, [&](std::size_t a, std::size_t b) {
+  workers.share(next.size(), least_pairs_per_thread, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i) {
       const PrimitivePair& pair = next[i].pair;
       Vec3<double> x[4];
@@ -186,7 +186,7 @@ LayerTick ActiveLayers::act(int l, double h, double time, const LayerForces& for
         to.push_back(j);
       }
   };
-  const int threads = workers.parts_of(list.size(), least_share);
+  const int threads = workers.parts_of(list.size(), least_pairs_per_thread);
   if (threads == 1) {
     collect(0, list.size(), impulses_);
   } else {

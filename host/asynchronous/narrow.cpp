@@ -11,7 +11,7 @@ namespace {
 
 /// Slabs have to be thicker than the distance by this share of it, so that where spans meet in a
 /// rounded time both sides cover it.
-constexpr double slab_margin = 1e-6;
+constexpr double span_slab_margin = 1e-6;
 
 struct Query {
   const PrimitivePair& pair;
@@ -141,7 +141,7 @@ bool comes_within(const PrimitivePair& pair, const Trajectory trajectories[4], d
   ++counts.calls;
   const double t0 = trajectories[0][0].t;
   const double t1 = trajectories[0][trajectories[0].size() - 1].t;
-  Query q{pair,   trajectories, distance, distance * (1 + slab_margin) + rounding,
+  Query q{pair,   trajectories, distance, distance * (1 + span_slab_margin) + rounding,
           counts, slabs_max,    false};
   return slabs ? span_comes_within(q, t0, t1) : pieces_come_within(q, t0, t1);
 }

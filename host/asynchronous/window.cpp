@@ -1,20 +1,16 @@
 #include "host/asynchronous/window.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 
 #include "host/asynchronous/order.hpp"
+#include "host/asynchronous/seconds.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 std::vector<Index> order_of(const Model& model) {
   std::vector<Index> order = reverse_cuthill_mckee(model.cloth_vertex_count, model.edges);

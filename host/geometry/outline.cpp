@@ -5,21 +5,12 @@
 #include <cstddef>
 #include <numbers>
 
+#include "host/geometry/add_cell.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/shapes.hpp"
 
 namespace weft {
 namespace {
-
-void add_cell(std::vector<Tri>& triangles, const std::array<Index, 4>& c, bool mirrored) {
-  if (mirrored) {
-    triangles.push_back({{c[0], c[1], c[3]}});
-    triangles.push_back({{c[1], c[2], c[3]}});
-  } else {
-    triangles.push_back({{c[0], c[1], c[2]}});
-    triangles.push_back({{c[0], c[2], c[3]}});
-  }
-}
 
 /// Row of each height of the outline: spaced like the heights, as far as whole rows can be.
 std::vector<Index> rows_of(const std::vector<PanelWidth>& outline, Index rows) {

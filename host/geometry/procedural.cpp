@@ -7,6 +7,7 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "host/geometry/add_cell.hpp"
 #include "weft/core/assert.hpp"
 
 namespace weft {
@@ -18,16 +19,6 @@ double lattice(double size, Index i, Index n) {
 }
 
 /// Two triangles of a cell with corners counter-clockwise from the lower left.
-void add_cell(std::vector<Tri>& triangles, const std::array<Index, 4>& c, bool mirrored) {
-  if (mirrored) {
-    triangles.push_back({{c[0], c[1], c[3]}});
-    triangles.push_back({{c[1], c[2], c[3]}});
-  } else {
-    triangles.push_back({{c[0], c[1], c[2]}});
-    triangles.push_back({{c[0], c[2], c[3]}});
-  }
-}
-
 /// Numbers the lattice points on the surface of a box as they are met.
 class BoxSurface {
  public:

@@ -11,23 +11,23 @@
 namespace weft {
 namespace {
 
-struct Corners {
+struct TriangleCorners {
   Vec3<double> x[3];
 };
 
-Corners corners_of(const Tri& tri, Span<const Vec3<double>> positions) {
-  Corners c;
+TriangleCorners corners_of(const Tri& tri, Span<const Vec3<double>> positions) {
+  TriangleCorners c;
   for (int j = 0; j < 3; ++j) c.x[j] = positions[static_cast<std::size_t>(tri.v[j])];
   return c;
 }
 
 /// Right-handed: the first edge, across it within the triangle, the normal. All zero without area.
-struct TriangleFrame {
+struct CornerFrame {
   Vec3<double> axis[3]{};
 };
 
-TriangleFrame frame_of(const Corners& c) {
-  TriangleFrame frame;
+CornerFrame frame_of(const TriangleCorners& c) {
+  CornerFrame frame;
   const Vec3<double> edge = c.x[1] - c.x[0];
   const Vec3<double> normal = cross(edge, c.x[2] - c.x[0]);
   const double edge_length = length(edge);
@@ -45,18 +45,19 @@ struct Ball {
   double radius;
 };
 
-Ball ball_around(const Corners& c) {
+Ball ball_around(const TriangleCorners& c) {
   const Vec3<double> centre = (c.x[0] + c.x[1] + c.x[2]) * (1.0 / 3);
   double radius = 0;
   for (const Vec3<double>& x : c.x) radius = std::max(radius, length(x - centre));
   return {centre, radius};
 }
 
-Attachment attachment_to(const Tri& tri, const Corners& c, const Proximity<double>& nearest) {
+Attachment attachment_to(const Tri& tri, const TriangleCorners& c,
+                         const Proximity<double>& nearest) {
   Attachment result;
   result.corners = tri;
   for (int j = 0; j < 3; ++j) result.weights[j] = -nearest.w[j + 1];
-  const TriangleFrame frame = frame_of(c);
+  const CornerFrame frame = frame_of(c);
   for (int k = 0; k < 3; ++k) result.offset[k] = dot(frame.axis[k], nearest.difference);
   return result;
 }
@@ -78,7 +79,7 @@ std::vector<Attachment> attach(const std::vector<Vec3<double>>& points, Span<con
       // The share on top covers rounding, so that no triangle that is nearest is passed over.
       const double reach = 1.000001 * (best + balls[t].radius);
       if (length_sq(point - balls[t].centre) > reach * reach) continue;
-      const Corners c = corners_of(triangles[t], positions);
+      const TriangleCorners c = corners_of(triangles[t], positions);
       const Vec3<double> x[4]{point, c.x[0], c.x[1], c.x[2]};
       const Proximity<double> nearest = vertex_triangle(x);
       const double distance = std::sqrt(nearest.distance_sq);
@@ -92,8 +93,8 @@ std::vector<Attachment> attach(const std::vector<Vec3<double>>& points, Span<con
 }
 
 Vec3<double> attached_position(const Attachment& attachment, Span<const Vec3<double>> positions) {
-  const Corners c = corners_of(attachment.corners, positions);
-  const TriangleFrame frame = frame_of(c);
+  const TriangleCorners c = corners_of(attachment.corners, positions);
+  const CornerFrame frame = frame_of(c);
   Vec3<double> at{0, 0, 0};
   for (int j = 0; j < 3; ++j) at += c.x[j] * attachment.weights[j];
   for (int k = 0; k < 3; ++k) at += frame.axis[k] * attachment.offset[k];

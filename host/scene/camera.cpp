@@ -17,15 +17,15 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr double time_tolerance = 1e-9;
 
 /// One key as the vector that is interpolated.
-using Parameters = Vec<double, 10>;
+using CameraParameters = Vec<double, 10>;
 
-Parameters parameters_of(const CameraKey& key) {
+CameraParameters parameters_of(const CameraKey& key) {
   const Vec3<double>&p = key.position, &a = key.look_at, &u = key.up;
   return {p[0], p[1], p[2], a[0], a[1], a[2], u[0], u[1], u[2], key.field_of_view};
 }
 
 /// Catmull-Rom slope at a key [per second]; zero at the first and the last of a take.
-Parameters slope_at(const std::vector<CameraKey>& keys, std::size_t k) {
+CameraParameters slope_at(const std::vector<CameraKey>& keys, std::size_t k) {
   if (k == 0 || k + 1 == keys.size() || keys[k].jump || keys[k + 1].jump) return {};
   return (parameters_of(keys[k + 1]) - parameters_of(keys[k - 1])) *
          (1.0 / (keys[k + 1].time - keys[k - 1].time));
@@ -87,10 +87,10 @@ CameraKey camera_at(const Camera& camera, double time) {
   const double s = std::max(0.0, (time - k0.time) / span);
   const double s2 = s * s;
   const double s3 = s2 * s;
-  const Parameters p0 = parameters_of(k0);
-  const Parameters p = p0 + (parameters_of(keys[i1]) - p0) * (3 * s2 - 2 * s3) +
-                       slope_at(keys, i1 - 1) * ((s3 - 2 * s2 + s) * span) +
-                       slope_at(keys, i1) * ((s3 - s2) * span);
+  const CameraParameters p0 = parameters_of(k0);
+  const CameraParameters p = p0 + (parameters_of(keys[i1]) - p0) * (3 * s2 - 2 * s3) +
+                             slope_at(keys, i1 - 1) * ((s3 - 2 * s2 + s) * span) +
+                             slope_at(keys, i1) * ((s3 - s2) * span);
   CameraKey key = held(k0, time);
   key.position = {p[0], p[1], p[2]};
   key.look_at = {p[3], p[4], p[5]};

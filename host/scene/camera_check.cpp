@@ -12,7 +12,7 @@
 namespace weft {
 namespace {
 
-std::string text_of(double value) {
+std::string rounded_text(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.6g", value);
   return buffer;
@@ -69,10 +69,10 @@ void refuse_camera_inside(const Scene& scene) {
         continue;
       last = eye;
       if (body.holds(eye))
-        throw SceneError(
-            scene.file, "camera.keys",
-            "inside " + title_of(scene, scene.cloths.size() + o) + " at " + text_of(time) + " s",
-            "a camera outside of closed obstacles");
+        throw SceneError(scene.file, "camera.keys",
+                         "inside " + title_of(scene, scene.cloths.size() + o) + " at " +
+                             rounded_text(time) + " s",
+                         "a camera outside of closed obstacles");
     }
   }
 }

@@ -12,16 +12,16 @@ namespace {
 
 /// One key as the vector that is interpolated: translation, rotation vector, scale. Rotation
 /// vectors rather than quaternions, so that keys 0 and 360 degrees about one axis are a full turn.
-using Parameters = Vec<double, 7>;
+using TransformParameters = Vec<double, 7>;
 
-Parameters parameters_of(const Transform& transform) {
+TransformParameters parameters_of(const Transform& transform) {
   const Vec3<double> rotation = rotation_vector(transform);
   const Vec3<double>& translate = transform.translate;
   return {translate[0], translate[1], translate[2],   rotation[0],
           rotation[1],  rotation[2],  transform.scale};
 }
 
-Transform transform_of(const Parameters& p) {
+Transform transform_of(const TransformParameters& p) {
   Transform result;
   result.translate = {p[0], p[1], p[2]};
   set_rotation_vector(result, {p[3], p[4], p[5]});
@@ -30,17 +30,19 @@ Transform transform_of(const Parameters& p) {
 }
 
 /// Catmull-Rom slope at a key, limited per parameter [per second]; zero at the first and the last.
-Parameters slope_at(const Motion& motion, std::size_t key) {
+TransformParameters slope_at(const Motion& motion, std::size_t key) {
   if (key == 0 || key + 1 == motion.size()) return {};
   const Keyframe& before = motion[key - 1];
   const Keyframe& here = motion[key];
   const Keyframe& after = motion[key + 1];
-  const Parameters left = (parameters_of(here.transform) - parameters_of(before.transform)) *
-                          (1.0 / (here.time - before.time));
-  const Parameters right = (parameters_of(after.transform) - parameters_of(here.transform)) *
-                           (1.0 / (after.time - here.time));
-  Parameters slope = (parameters_of(after.transform) - parameters_of(before.transform)) *
-                     (1.0 / (after.time - before.time));
+  const TransformParameters left =
+      (parameters_of(here.transform) - parameters_of(before.transform)) *
+      (1.0 / (here.time - before.time));
+  const TransformParameters right =
+      (parameters_of(after.transform) - parameters_of(here.transform)) *
+      (1.0 / (after.time - here.time));
+  TransformParameters slope = (parameters_of(after.transform) - parameters_of(before.transform)) *
+                              (1.0 / (after.time - before.time));
   for (int k = 0; k < 7; ++k) slope[k] = limited_slope(left[k], right[k], slope[k]);
   return slope;
 }
@@ -72,13 +74,13 @@ Transform transform_at(const Motion& motion, double time) {
   const double s = (time - motion[i0].time) / span;
   const double s2 = s * s;
   const double s3 = s2 * s;
-  const Parameters p0 = parameters_of(motion[i0].transform);
-  const Parameters p1 = parameters_of(motion[i1].transform);
+  const TransformParameters p0 = parameters_of(motion[i0].transform);
+  const TransformParameters p1 = parameters_of(motion[i1].transform);
   if (motion[i0].interpolation == Interpolation::linear) return transform_of(p0 + (p1 - p0) * s);
   // Written as p0 plus a share of the difference, so that equal keys stay exactly where they are.
-  const Parameters p = p0 + (p1 - p0) * (3 * s2 - 2 * s3) +
-                       slope_at(motion, i0) * ((s3 - 2 * s2 + s) * span) +
-                       slope_at(motion, i1) * ((s3 - s2) * span);
+  const TransformParameters p = p0 + (p1 - p0) * (3 * s2 - 2 * s3) +
+                                slope_at(motion, i0) * ((s3 - 2 * s2 + s) * span) +
+                                slope_at(motion, i1) * ((s3 - s2) * span);
   return transform_of(p);
 }
 

@@ -62,25 +62,25 @@ double pipelined_time(const ProductLoad& load, double bandwidth, int ranks,
 }
 
 /// The slower of two in every way.
-LinkFigures slowest(const LinkFigures& a, const LinkFigures& b) {
+LinkFigures slower_of(const LinkFigures& a, const LinkFigures& b) {
   return {a.peer && b.peer, std::max(a.load_latency, b.load_latency),
           std::min(a.load_bandwidth, b.load_bandwidth), std::max(a.copy_latency, b.copy_latency),
           std::min(a.copy_bandwidth, b.copy_bandwidth)};
 }
 
 template <class... Values>
-std::string text_of(const char* format, Values... values) {
+std::string formatted(const char* format, Values... values) {
   char text[200];
   std::snprintf(text, sizeof text, format, values...);
   return text;
 }
 
 std::string figures_of(const LinkFigures& link) {
-  std::string text = link.peer ? text_of("loads %.2f us, %.1f GB/s; ", 1e6 * link.load_latency,
-                                         1e-9 * link.load_bandwidth)
+  std::string text = link.peer ? formatted("loads %.2f us, %.1f GB/s; ", 1e6 * link.load_latency,
+                                           1e-9 * link.load_bandwidth)
                                : std::string("no loads; ");
-  return text +
-         text_of("copies %.1f us, %.1f GB/s", 1e6 * link.copy_latency, 1e-9 * link.copy_bandwidth);
+  return text + formatted("copies %.1f us, %.1f GB/s", 1e6 * link.copy_latency,
+                          1e-9 * link.copy_bandwidth);
 }
 
 /// Figures of the first GPUs of a machine, measured as more of them are asked for.
@@ -97,7 +97,7 @@ class FirstGpus {
       const double own = probe_.bandwidth(gpus_);
       bandwidth_ = gpus_ == 0 ? own : std::min(bandwidth_, own);
       lines_.push_back("cuda:" + std::to_string(gpus_) + ": " + probe_.name(gpus_) +
-                       text_of(", copies at %.2f TB/s", 1e-12 * own));
+                       formatted(", copies at %.2f TB/s", 1e-12 * own));
       for (int other = 0; other < gpus_; ++other) add_link(other);
     }
   }
@@ -105,7 +105,7 @@ class FirstGpus {
  private:
   void add_link(int other) {
     const LinkFigures link = probe_.link(other, gpus_);
-    link_ = gpus_ == 1 ? link : slowest(link_, link);
+    link_ = gpus_ == 1 ? link : slower_of(link_, link);
     lines_.push_back("cuda:" + std::to_string(other) + " to cuda:" + std::to_string(gpus_) + ": " +
                      figures_of(link));
   }
@@ -170,7 +170,7 @@ class GpuChoice {
     const double free =
         product_time(load_, gpus_.bandwidth(), next, {true, 0, 1e300, 0, 1e300}, Transport::peer);
     if (!pays(now, free, taken, next))
-      return text_of(
+      return formatted(
           "%d GPUs would take %.1f us per iteration instead of %.1f, even without "
           "transfers",
           next, 1e6 * free, 1e6 * now);
@@ -182,8 +182,8 @@ class GpuChoice {
     const double after = product_time(load_, gpus_.bandwidth(), next, gpus_.link(), transport);
     add(next, after, peer ? "peer" : "pipelined");
     if (pays(now, after, taken, next)) return {};
-    return text_of("%d GPUs would take %.1f us per iteration instead of %.1f", next, 1e6 * after,
-                   1e6 * now);
+    return formatted("%d GPUs would take %.1f us per iteration instead of %.1f", next, 1e6 * after,
+                     1e6 * now);
   }
 
   ProductLoad load_;

@@ -16,8 +16,6 @@
 namespace weft {
 namespace {
 
-using Point = Vec3<double>;
-
 /// Inner edges of a mesh: the two ends, then the corners opposite in the triangles left and right.
 std::vector<std::array<Index, 4>> inner_edges(const Mesh& mesh) {
   std::map<std::pair<Index, Index>, Index> opposite;
@@ -33,11 +31,11 @@ std::vector<std::array<Index, 4>> inner_edges(const Mesh& mesh) {
 }
 
 /// Angle between the normals on both sides of an edge, with its sign. [rad]
-double angle_at(const std::array<Index, 4>& edge, const std::vector<Point>& x) {
-  const Point& a = x[at(edge[0])];
-  const Point along = x[at(edge[1])] - a;
-  const Point left = cross(along, x[at(edge[2])] - a);
-  const Point right = cross(x[at(edge[3])] - a, along);
+double angle_at(const std::array<Index, 4>& edge, const std::vector<Vec3<double>>& x) {
+  const Vec3<double>& a = x[at(edge[0])];
+  const Vec3<double> along = x[at(edge[1])] - a;
+  const Vec3<double> left = cross(along, x[at(edge[2])] - a);
+  const Vec3<double> right = cross(x[at(edge[3])] - a, along);
   const double size = length(along);
   if (!(size > 0)) return 0;
   return std::atan2(dot(cross(left, right), along) / size, dot(left, right));

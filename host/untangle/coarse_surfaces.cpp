@@ -1,10 +1,11 @@
 #include "host/untangle/coarse_surfaces.hpp"
 
-#include "weft/core/at.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "host/geometry/tri_has.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -16,10 +17,6 @@ constexpr double pass_least = 0.01;       ///< of the vertices that are left; fe
 constexpr double shape_least = 0.2;       ///< of a new triangle; 1: equilateral
 constexpr double turn_cosine = 0.7;       ///< of a triangle by a collapse, at least
 constexpr double straight_cosine = -0.9;  ///< between the edges of a border at a vertex, at most
-
-bool has(const Tri& t, Index v) {
-  return t.v[0] == v || t.v[1] == v || t.v[2] == v;
-}
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numeric>
 
+#include "host/geometry/tri_has.hpp"
 #include "host/geometry/triangle_pair.hpp"
 #include "weft/core/at.hpp"
 
@@ -16,10 +17,6 @@ using Point = Vec3<double>;
 Corners corners_of(const IntersectingSurfaces& s, Index t) {
   const Tri& tri = s.triangles[at(t)];
   return {s.points[at(tri.v[0])], s.points[at(tri.v[1])], s.points[at(tri.v[2])]};
-}
-
-bool has(const Tri& t, Index v) {
-  return t.v[0] == v || t.v[1] == v || t.v[2] == v;
 }
 
 /// @pre the edge pierces the face

@@ -15,11 +15,11 @@ namespace {
 
 using Point = Vec3<double>;
 
-constexpr int rounds_max = 60;
-constexpr int patience = 4;       ///< rounds without progress
-constexpr double progress = 0.9;  ///< of what was missing
-constexpr int brake_rounds = 8;   ///< of continuous detection, a motion
-constexpr double enough = 0.98;   ///< times the gap
+constexpr int separation_rounds_max = 60;
+constexpr int separation_patience = 4;       ///< rounds without progress
+constexpr double separation_progress = 0.9;  ///< of what was missing
+constexpr int brake_rounds = 8;              ///< of continuous detection, a motion
+constexpr double enough = 0.98;              ///< times the gap
 // What no motion goes below. A share of the distance alone would let pairs that there is no room
 // for come nearer round by round, until they touch but for rounding: of near ones nearly all of it
 // stays, which leaves a quarter after all rounds.
@@ -55,14 +55,14 @@ class Separation {
   void run() {
     double best = 0;
     int without_progress = 0;
-    for (int round = 0; round < rounds_max; ++round) {
+    for (int round = 0; round < separation_rounds_max; ++round) {
       double missing = 0;
       const Corrections corrections = too_close(missing);
       if (corrections.list.empty()) return;
-      if (round == 0 || missing < progress * best) {
+      if (round == 0 || missing < separation_progress * best) {
         best = missing;
         without_progress = 0;
-      } else if (++without_progress > patience) {
+      } else if (++without_progress > separation_patience) {
         return;
       }
       std::vector<Point> motion = spreader_.motion(corrections, gap_);

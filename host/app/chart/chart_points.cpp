@@ -16,9 +16,9 @@ namespace weft::app {
 namespace {
 
 /// The list that is being made, with what its points have in common.
-class Sweep {
+class SweepSettings {
  public:
-  Sweep(const Scene& scene, const ChartRequest& request)
+  SweepSettings(const Scene& scene, const ChartRequest& request)
       : method_(scene.method), device_(request.device) {}
 
   void add(const std::string& series, const std::string& label,
@@ -57,7 +57,7 @@ bool is_own(const StepKind& kind, const Scene& scene) {
          scene.solver.newton_iterations == kind.newton_iterations;
 }
 
-void add_steps(const Scene& scene, bool quick, Sweep& sweep) {
+void add_steps(const Scene& scene, bool quick, SweepSettings& sweep) {
   const double h = scene.time.step;
   const std::vector<double> shares =
       quick ? std::vector<double>{2, 1, 0.5} : std::vector<double>{4, 2, 1, 0.5, 0.25};
@@ -78,7 +78,7 @@ void add_steps(const Scene& scene, bool quick, Sweep& sweep) {
   }
 }
 
-void add_numerics(const Scene& scene, bool quick, Sweep& sweep) {
+void add_numerics(const Scene& scene, bool quick, SweepSettings& sweep) {
   const bool asynchronous = scene.method == "asynchronous";
   if (!asynchronous) {
     for (const double tolerance :
@@ -95,7 +95,7 @@ void add_numerics(const Scene& scene, bool quick, Sweep& sweep) {
 }
 
 /// Scenes whose meshes are files do not change; their points lie on each other.
-void add_meshes(const Scene& scene, bool quick, Sweep& sweep) {
+void add_meshes(const Scene& scene, bool quick, SweepSettings& sweep) {
   const auto triangles = static_cast<double>(triangle_count(scene));
   for (const double share :
        quick ? std::vector<double>{0.25} : std::vector<double>{1.0 / 16, 0.25, 0.5})
@@ -104,7 +104,7 @@ void add_meshes(const Scene& scene, bool quick, Sweep& sweep) {
                 {fmt::format("triangles={:.0f}", triangles * share)});
 }
 
-void add_devices(const Scene& scene, const std::string& device, Sweep& sweep) {
+void add_devices(const Scene& scene, const std::string& device, SweepSettings& sweep) {
   if (!device.starts_with("cpu")) return;
   for (const int n : {1, 2, 4, 8})
     if (const std::string name = fmt::format("cpu:{}", n);
@@ -112,7 +112,7 @@ void add_devices(const Scene& scene, const std::string& device, Sweep& sweep) {
       sweep.add_with("devices", name, scene.method, name, {});
 }
 
-void add_methods(const Scene& scene, bool quick, Sweep& sweep, const std::string& device) {
+void add_methods(const Scene& scene, bool quick, SweepSettings& sweep, const std::string& device) {
   for (const char* method : {"implicit", "adaptive"})
     if (scene.method != method) sweep.add_with("method", method, method, device, {});
   if (scene.method != "asynchronous" && !quick)
@@ -125,7 +125,7 @@ void add_methods(const Scene& scene, bool quick, Sweep& sweep, const std::string
                      {set("remeshing.refine_angle", angle)});
 }
 
-void add_model(const Scene& scene, Sweep& sweep) {
+void add_model(const Scene& scene, SweepSettings& sweep) {
   const bool bends = std::any_of(scene.materials.begin(), scene.materials.end(),
                                  [](const Material& m) { return m.bending_stiffness > 0; });
   const bool moves = std::any_of(
@@ -138,7 +138,7 @@ void add_model(const Scene& scene, Sweep& sweep) {
   if (scene.wind.density > 0) sweep.add("model", "no wind", {"wind.density=0"});
 }
 
-void add_knob(const std::string& text, Sweep& sweep) {
+void add_knob(const std::string& text, SweepSettings& sweep) {
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0)
     throw SceneError("", "--knob", text, "path=value,value,...");
@@ -220,7 +220,7 @@ Scene with_fixed_steps(Scene scene, const std::string& command) {
 }
 
 std::vector<ChartSetting> chart_settings(const Scene& scene, const ChartRequest& request) {
-  Sweep sweep(scene, request);
+  SweepSettings sweep(scene, request);
   add_steps(scene, request.quick, sweep);
   add_numerics(scene, request.quick, sweep);
   add_meshes(scene, request.quick, sweep);

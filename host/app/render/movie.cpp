@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A name beside `path` that belongs to this process alone.
-fs::path beside(const fs::path& path, const std::string& ending) {
+fs::path name_beside(const fs::path& path, const std::string& ending) {
   return path.parent_path() / fmt::format(".{}.{}{}", path.stem().string(), ::getpid(), ending);
 }
 
@@ -72,8 +72,8 @@ std::string last_line(const fs::path& file) {
 
 Movie::Movie(fs::path path, int width, int height, double rate)
     : path_(std::move(path)),
-      part_(beside(path_, ".part")),
-      log_(beside(path_, ".log")),
+      part_(name_beside(path_, ".part")),
+      log_(name_beside(path_, ".log")),
       width_(width),
       height_(height) {
   if (path_.extension() != ".mp4")

@@ -29,8 +29,7 @@ std::string open_seams_text(const std::vector<SeamState>& seams, bool due_only) 
 }
 
 nlohmann::ordered_json seams_json(const std::vector<SeamState>& seams) {
-  using Json = nlohmann::ordered_json;
-  Json json = Json::array();
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (std::size_t s = 0; s < seams.size(); ++s) {
     const SeamState& seam = seams[s];
     json.push_back({{"seam", s},
@@ -38,7 +37,8 @@ nlohmann::ordered_json seams_json(const std::vector<SeamState>& seams) {
                     {"pairs", seam.pairs},
                     {"open", seam.open},
                     {"largest_gap", seam.largest_gap},
-                    {"closed_at", seam.closed_at ? Json(*seam.closed_at) : Json(nullptr)}});
+                    {"closed_at", seam.closed_at ? nlohmann::ordered_json(*seam.closed_at)
+                                                 : nlohmann::ordered_json(nullptr)}});
   }
   return json;
 }

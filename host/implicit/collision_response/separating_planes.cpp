@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "weft/core/at.hpp"
 #include "weft/elements/distance.hpp"
 
 namespace weft {
@@ -22,11 +23,6 @@ constexpr double impact_normal_share = 0.3;
 constexpr double kept_share = 0.99;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-
-template <class List>
-auto& at(List& list, Index v) {
-  return list[static_cast<std::size_t>(v)];
-}
 
 /// What lies between the two sides of a plane, along its normal.
 struct Gap {
@@ -64,7 +60,7 @@ void SeparatingPlanes<T>::add(Span<const Collision> collisions) {
     Vec3<double> x[4];
     Gap along_impact;
     for (int j = 0; j < 4; ++j) {
-      x[j] = vec_cast<double>(at(*from_, c.v[j]));
+      x[j] = vec_cast<double>((*from_)[at(c.v[j])]);
       along_impact.add(j < c.first, dot(c.n, x[j]));
     }
     const Proximity<double> closest = c.first == 1 ? vertex_triangle(x) : edge_edge(x);
@@ -91,7 +87,7 @@ void SeparatingPlanes<T>::keep(bool held_too) {
 /// @return whether the plane has been kept by all ends as they were
 template <class T>
 bool SeparatingPlanes<T>::keep(const Plane& plane, bool held_too) {
-  const auto height_of = [&](Index v) { return dot(plane.n, at(ends_, v)); };
+  const auto height_of = [&](Index v) { return dot(plane.n, ends_[at(v)]); };
   Gap gap;
   Gap held_gap;
   for (int j = 0; j < 4; ++j) {
@@ -114,10 +110,10 @@ bool SeparatingPlanes<T>::keep(const Plane& plane, bool held_too) {
     double move =
         upper ? std::max(0.0, middle + half - height) : std::min(0.0, middle - half - height);
     if (held(v)) {
-      const double back = dot(plane.n, vec_cast<double>(at(*from_, v))) - height;
+      const double back = dot(plane.n, vec_cast<double>((*from_)[at(v)])) - height;
       move = upper ? std::min(move, std::max(0.0, back)) : std::max(move, std::min(0.0, back));
     }
-    if (move != 0) at(ends_, v) += move * plane.n;
+    if (move != 0) ends_[at(v)] += move * plane.n;
   }
   return false;
 }

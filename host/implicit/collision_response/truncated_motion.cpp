@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "weft/core/at.hpp"
+
 namespace weft {
 namespace {
 
@@ -19,11 +21,6 @@ constexpr int plane_rounds_shortened = 20;
 constexpr int ride_sweeps = 10;
 /// Free weight of a collision below which the cluster cannot open it.
 constexpr double weight_least = 0.05;
-
-template <class List>
-auto& at(List& list, Index v) {
-  return list[static_cast<std::size_t>(v)];
-}
 
 }  // namespace
 
@@ -64,7 +61,7 @@ const std::vector<MovedVertex<T>>& TruncatedMotion<T>::shorten(Span<const Collis
 
 template <class T>
 Index TruncatedMotion<T>::cluster_of(Index v) {
-  while (at(cluster_, v) != v) v = at(cluster_, v) = at(cluster_, at(cluster_, v));
+  while (cluster_[at(v)] != v) v = cluster_[at(v)] = cluster_[at(cluster_[at(v)])];
   return v;
 }
 
@@ -76,9 +73,9 @@ void TruncatedMotion<T>::join(Span<const Collision> collisions) {
     bool any_held = false;
     for (int j = 0; j < 4; ++j) {
       const Index v = c.v[j];
-      if (at(held_, v) != 0) {
+      if (held_[at(v)] != 0) {
         any_held = true;
-        const auto u = vec_cast<double>(at(to_, v) - at(from_, v));
+        const auto u = vec_cast<double>(to_[at(v)] - from_[at(v)]);
         carrier.approach += c.w[j] * dot(c.n, u);
         if (length_sq(u) > length_sq(carrier.displacement)) carrier.displacement = u;
         continue;
@@ -87,7 +84,7 @@ void TruncatedMotion<T>::join(Span<const Collision> collisions) {
       const Index own = cluster_of(v);
       if (carrier.cluster < 0) carrier.cluster = own;
       const Index first = std::min(own, carrier.cluster);
-      at(cluster_, std::max(own, carrier.cluster)) = first;
+      cluster_[at(std::max(own, carrier.cluster))] = first;
       carrier.cluster = first;
     }
     if (kind_ == TruncationKind::rides && any_held && carrier.cluster >= 0 &&
@@ -100,17 +97,17 @@ void TruncatedMotion<T>::join(Span<const Collision> collisions) {
 template <class T>
 void TruncatedMotion<T>::find_rides() {
   for (Carrier& c : carriers_) {
-    at(ride_, c.cluster) = {};
+    ride_[at(c.cluster)] = {};
     c.cluster = cluster_of(c.cluster);
-    at(ride_, c.cluster) = {};
+    ride_[at(c.cluster)] = {};
   }
   for (const Carrier& c : carriers_)
-    if (length_sq(c.displacement) > length_sq(at(ride_, c.cluster)))
-      at(ride_, c.cluster) = c.displacement;
+    if (length_sq(c.displacement) > length_sq(ride_[at(c.cluster)]))
+      ride_[at(c.cluster)] = c.displacement;
   for (int sweep = 0; sweep < ride_sweeps; ++sweep)
     for (const Carrier& c : carriers_) {
-      const double closing = -(c.weight * dot(c.n, at(ride_, c.cluster)) + c.approach);
-      if (closing > 0) at(ride_, c.cluster) += (closing / c.weight) * c.n;
+      const double closing = -(c.weight * dot(c.n, ride_[at(c.cluster)]) + c.approach);
+      if (closing > 0) ride_[at(c.cluster)] += (closing / c.weight) * c.n;
     }
 }
 
@@ -126,19 +123,19 @@ void TruncatedMotion<T>::limit(Span<const Collision> collisions) {
   for (const Collision& c : collisions) {
     const auto ahead = static_cast<T>(share_before_collision * c.toi);
     for (const Index v : c.v) {
-      if (at(held_, v) == 0) {
-        at(own_share_, v) = std::min(at(own_share_, v), ahead * at(own_before, v));
-        at(rides, cluster_of(v)) = 1;
+      if (held_[at(v)] == 0) {
+        own_share_[at(v)] = std::min(own_share_[at(v)], ahead * own_before[at(v)]);
+        rides[at(cluster_of(v))] = 1;
       } else if (all_stay) {
-        at(share_, v) = T(0);
+        share_[at(v)] = T(0);
       } else if (held_too) {
-        at(share_, v) = std::min(at(share_, v), ahead * at(before, v));
+        share_[at(v)] = std::min(share_[at(v)], ahead * before[at(v)]);
       }
     }
   }
   if (!clusters_ride) return;
   for (std::size_t v = 0; v < to_.size(); ++v) {
-    if (held_[v] != 0 || at(rides, cluster_of(static_cast<Index>(v))) == 0) continue;
+    if (held_[v] != 0 || rides[at(cluster_of(static_cast<Index>(v)))] == 0) continue;
     own_share_[v] = T(0);
     if (all_stay) share_[v] = T(0);
   }
@@ -155,8 +152,8 @@ void TruncatedMotion<T>::keep_planes(Span<const Collision> collisions) {
   for (const Collision& c : collisions) {
     const auto ahead = static_cast<T>(share_before_collision * c.toi);
     for (const Index v : c.v)
-      at(share_, v) =
-          round_ > plane_rounds_shortened ? T(0) : std::min(at(share_, v), ahead * at(before, v));
+      share_[at(v)] =
+          round_ > plane_rounds_shortened ? T(0) : std::min(share_[at(v)], ahead * before[at(v)]);
   }
 }
 
@@ -181,7 +178,7 @@ Vec3<T> TruncatedMotion<T>::end_of(std::size_t v) {
   if (share_[v] == T(1) && own_share_[v] == T(1)) return to_[v];
   const Vec3<T> way = to_[v] - from_[v];
   const Vec3<T> ride =
-      held_[v] != 0 ? way : vec_cast<T>(at(ride_, cluster_of(static_cast<Index>(v))));
+      held_[v] != 0 ? way : vec_cast<T>(ride_[at(cluster_of(static_cast<Index>(v)))]);
   return from_[v] + share_[v] * (ride + own_share_[v] * (way - ride));
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -9,6 +11,10 @@
 
 /// One reader and writer a format, from and to bytes. The readers obey what read_mesh() promises.
 namespace weft::io {
+
+/// Vertices or triangles that a file may have: Index numbers their coordinates, or corners.
+inline constexpr std::size_t max_entries =
+    static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
 
 /// @param file     for messages
 /// @param warnings gets a line if there are keywords that no OBJ has; null: they are passed over

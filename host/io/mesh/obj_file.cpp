@@ -14,8 +14,6 @@
 namespace weft::io {
 namespace {
 
-constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
-
 /// Keywords that carry nothing for us: normals, curves, and what ARCSim adds.
 constexpr std::array<std::string_view, 23> ignored_keywords{
     "s",  "mtllib", "shadow_obj", "usemap", "vn", "vp", "vv", "lod", "mg", "l",  "p", "vl",

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -21,8 +20,6 @@ namespace weft::io {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
-
-constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
 
 constexpr std::size_t max_elements = 1000;
 

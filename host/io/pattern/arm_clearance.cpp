@@ -11,7 +11,7 @@ namespace {
 
 constexpr double column = 0.01;      ///< [m] width of those in which the body is looked at
 constexpr double least_step = 0.1;   ///< [m] from the armpit down to the hips
-constexpr double gap = 0.02;         ///< [m] below an arm
+constexpr double arm_gap = 0.02;     ///< [m] below an arm
 constexpr double compressed = 0.15;  ///< [m] height below an arm into which cloth is compressed
 constexpr double nothing = std::numeric_limits<double>::infinity();
 
@@ -59,7 +59,7 @@ class ArmUnderside {
     for (Index j = std::max(k - 3, first_);
          j <= std::min(k + 3, static_cast<Index>(low_.size()) - 1); ++j)
       low = std::min(low, low_[at(j)]);
-    return low - gap;
+    return low - arm_gap;
   }
 
  private:

@@ -27,8 +27,6 @@ enum Layer {
   sew_lines = 14
 };
 
-constexpr double same_place = 1e-4;  // m
-
 /// A row of points in the units of the file.
 struct DxfPolyline {
   int layer = -1;

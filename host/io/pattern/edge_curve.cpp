@@ -11,7 +11,7 @@ namespace {
 
 /// Steps of the parameter at which lengths are known. Chords of a curve that turns by 360 degrees
 /// are then shorter than their arcs by 2e-6 of their length.
-constexpr int parts = 1024;
+constexpr int curve_parts = 1024;
 
 }  // namespace
 
@@ -32,7 +32,7 @@ EdgeCurve::EdgeCurve(const PatternPanel& panel, const PatternEdge& edge)
     if (!edge.left && sweep_ > 0) sweep_ -= 2 * std::numbers::pi;
   }
   const bool polyline = edge.shape == PatternEdge::Shape::polyline;
-  const std::size_t steps = polyline ? edge.controls.size() + 1 : parts;
+  const std::size_t steps = polyline ? edge.controls.size() + 1 : curve_parts;
   lengths_.assign(steps + 1, 0);
   Vec2<double> last = from_;
   for (std::size_t k = 1; k <= steps; ++k) {

@@ -13,7 +13,7 @@
 namespace weft::io {
 namespace {
 
-constexpr double gap = 0.01;         ///< [m] between layers at the start
+constexpr double layer_gap = 0.01;   ///< [m] between layers at the start
 constexpr double reach = 0.06;       ///< [m] from which points are lifted
 constexpr int lift_rounds = 3;       ///< cloth may lie on cloth several times
 constexpr double push_step = 0.005;  ///< [m]
@@ -43,7 +43,7 @@ void lift_point(const SurfaceTree& inner, const Mesh& mesh, Vec3<double>& p) {
   };
   inner.visit_boxes(box, visit);
   const double height = dot(difference, normal);
-  if (least < reach * reach && height < gap) p += normal * (gap - height);
+  if (least < reach * reach && height < layer_gap) p += normal * (layer_gap - height);
 }
 
 }  // namespace
@@ -101,8 +101,8 @@ void InnerLayers::stand_outside(Garment& garment) const {
       const Vec3<double> q = flat(p);
       bool within = true;
       for (int k = 0; k < 3; ++k)
-        within = within && q[k] >= box.lo[k] - gap && q[k] <= box.hi[k] + gap;
-      if (within) shift = std::max(shift, dot(p - *begin, out) + gap);
+        within = within && q[k] >= box.lo[k] - layer_gap && q[k] <= box.hi[k] + layer_gap;
+      if (within) shift = std::max(shift, dot(p - *begin, out) + layer_gap);
     }
     for (auto p = begin; p != end; ++p) *p += out * shift;
   }

@@ -12,9 +12,6 @@
 namespace weft::io {
 namespace {
 
-/// [m] Files round their numbers.
-constexpr double same_place = 1e-4;
-
 /// [degrees] by which an outline turns at a point
 double turn_at(const std::vector<Vec2<double>>& points, std::size_t k) {
   const std::size_t n = points.size();

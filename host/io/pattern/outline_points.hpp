@@ -13,6 +13,9 @@ struct OutlinePoints {
   std::vector<unsigned char> corner;  ///< [points] 1: an edge ends there
 };
 
+/// [m] Points that are nearer to each other are one: files round their numbers.
+inline constexpr double same_place = 1e-4;
+
 /// [degrees] A vertex at which an outline turns by more is a corner, where nothing else says so.
 inline constexpr double corner_angle = 20;
 

@@ -21,7 +21,7 @@ namespace {
 
 /// [m] Over which cloth follows its seams. With half of it, edges start longer, which makes the
 /// first step of a simulation up to three times as slow.
-constexpr double distance = 0.15;
+constexpr double seam_distance = 0.15;
 constexpr double sweeps_least = 20;
 constexpr double sweeps_most = 300;
 /// [m] Around triangles that begin within the body nothing moves: the shape there tells what came
@@ -108,10 +108,10 @@ Mesh joined(const Mesh& a, const Mesh& b) {
   return both;
 }
 
-/// Sweeps that a relaxation needs to reach all vertices within `distance`: it advances like
+/// Sweeps that a relaxation needs to reach all vertices within `seam_distance`: it advances like
 /// diffusion, over n edges in n^2 sweeps.
 int sweep_count(double edge) {
-  const double spread = distance * distance / (edge * edge);
+  const double spread = seam_distance * seam_distance / (edge * edge);
   return static_cast<int>(std::lround(std::clamp(spread, sweeps_least, sweeps_most)));
 }
 

@@ -156,22 +156,31 @@ bool StepSolver<T>::solve_newton(const Attempt& a, StepReport& report) {
 /// short of their tolerance here: what conjugate gradients have come to leads downhill.
 template <class T>
 bool StepSolver<T>::refine(const Attempt& a, StepReport& report) {
-  if (!refined_) {
+  const bool begins = !refined_;
+  SolveRules whole = rules_;
+  if (begins) {
     if (is_nearly_linear(a)) return true;
     refined_ = true;
     first_reference_ = rules_.reference;
     start_at_prediction(a);
     at_ = {.h = a.h, .refresh = false};
     assemble();
-    rules_ = {refined_tolerance * rules_.reference, refined_tolerance * rules_.scale,
-              refined_residual / refined_tolerance};
+    whole = {refined_tolerance * rules_.reference, refined_tolerance * rules_.scale,
+             refined_residual / refined_tolerance};
   }
-  const SolveRules whole = rules_;
-  // Where little is not linear, the first solve is all there is to do.
-  SolveRules rules = whole;
+  // Where little is not linear, the first solve is all there is to do. Where it begins is never the
+  // outcome.
+  SolveRules rules = begins ? SolveRules{weight_share * system_.weight_impulse(a.h)} : whole;
   for (int k = 0; k <= refinements_max; ++k) {
     const int iterations = report.iterations;
     const bool solved = finish_solve(a, rules, report, true);
+    if (begins && k == 0) {
+      // The linear solve may have begun with contacts that push by far more than all there is to
+      // solve for here, as cloth would end deep in a body.
+      whole.reference = std::min(whole.reference, refined_tolerance * rules_.reference);
+      whole.scale = std::min(whole.scale, refined_tolerance * rules_.scale);
+      rules = whole;
+    }
     rules_ = whole;
     if (!solved) return false;
     if (report.iterations == iterations) {

@@ -52,6 +52,9 @@ constexpr int active_set_iterations_draping = 1;
 /// That many tolerances of the solve may what contacts turn out to be differ from what they were
 /// taken for.
 constexpr double active_set_share = 10;
+/// The reference of which that is a share is at most so many times what gravity adds in a step.
+/// Stiff contacts that cloth is about to leave make it larger, and would pull at the cloth.
+constexpr double active_set_falls_max = 10;
 /// Share of its residual at which a solve with contacts looks which of them push. Chosen in
 /// docs/decisions/002-contacts.md.
 constexpr double early_share = 0.03;
@@ -345,7 +348,9 @@ bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
 template <class T>
 bool StepSolver<T>::is_right(const ContactMismatch& mismatch) const {
   const double share = active_set_share * store_.scene().solver.tolerance;
-  return mismatch.impulse <= share * rules_.reference && mismatch.friction <= friction_missed_max;
+  const double fall = active_set_falls_max * system_.weight_impulse(at_.h);
+  const double reference = fall > 0 ? std::min(rules_.reference, fall) : rules_.reference;
+  return mismatch.impulse <= share * reference && mismatch.friction <= friction_missed_max;
 }
 
 template <class T>

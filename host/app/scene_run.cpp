@@ -139,6 +139,7 @@ void SceneRun::begin() {
     if (!request_.overwrite) directory_.refuse_run();
     directory_.clear();
     log_ = std::make_unique<StepLog>(directory_.steps(), "");
+    start_ = std::make_shared<const std::string>(simulation_.state());
     write_frame(0);
   }
   // Whoever reads this scene again, or goes on from here, is to take the same devices.
@@ -174,6 +175,7 @@ void SceneRun::save_checkpoint() {
   checkpoint_ = directory_.checkpoint(simulation_.frame_number());
   checkpoint_step_ = simulation_.step_number();
   const auto state = std::make_shared<const std::string>(simulation_.state());
+  start_.reset();
   writing_.add([this, file = checkpoint_, state] { directory_.save_checkpoint(file, *state); });
 }
 
@@ -304,9 +306,14 @@ int SceneRun::finish_whole() {
 }
 
 /// The end of a run whose cloth gains energy. Of this frame, neither the frame nor a checkpoint is
-/// written.
+/// written; if there is no checkpoint yet, one of the start is.
 int SceneRun::finish_gaining() {
   gained_ = true;
+  if (start_) {
+    checkpoint_ = directory_.checkpoint(0);
+    writing_.add(
+        [this, file = checkpoint_, state = start_] { directory_.save_checkpoint(file, *state); });
+  }
   return finish(
       fmt::format("simulation failed at {:.6g} s (step {}): energy from nothing: {:.4g} J by "
                   "{:.6g} s, of which {:.4g} J are within the accuracy; a {} may help",

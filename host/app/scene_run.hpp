@@ -96,6 +96,7 @@ class SceneRun {
   FrameWriter frames_{directory_, simulation_.scene()};
   std::filesystem::path checkpoint_;  ///< the last one written or resumed from
   std::int64_t checkpoint_step_ = -1;
+  std::shared_ptr<const std::string> start_;  ///< state to begin with, until there is a checkpoint
   bool compliance_said_ = false;
   bool limits_said_ = false;
   /// Frames and checkpoints on their way to the disk, while the next steps are computed.

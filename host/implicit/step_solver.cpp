@@ -54,7 +54,7 @@ constexpr int active_set_iterations_draping = 1;
 constexpr double active_set_share = 10;
 /// The reference of which that is a share is at most so many times what gravity adds in a step.
 /// Stiff contacts that cloth is about to leave make it larger, and would pull at the cloth.
-constexpr double active_set_falls_max = 10;
+constexpr double active_set_falls_max = 20;
 /// Share of its residual at which a solve with contacts looks which of them push. Chosen in
 /// docs/decisions/002-contacts.md.
 constexpr double early_share = 0.03;
@@ -180,6 +180,7 @@ bool StepSolver<T>::refine(const Attempt& a, StepReport& report) {
     if (begins && k == 0) {
       // The linear solve may have begun with contacts that push by far more than all there is to
       // solve for here, as cloth would end deep in a body.
+      first_reference_ = std::min(first_reference_, rules_.reference);
       whole.reference = std::min(whole.reference, refined_tolerance * rules_.reference);
       whole.scale = std::min(whole.scale, refined_tolerance * rules_.scale);
       rules = whole;

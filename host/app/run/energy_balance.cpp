@@ -12,6 +12,8 @@ constexpr double gain_max = 0.01;
 /// Small stiff cloth gains hundreds of times its energy where zones move it by less than the
 /// thickness, and has lost it in the next step.
 constexpr double explosion_factor = 1000;
+/// No everyday scene comes near this.
+constexpr double sudden_factor = 1e5;
 /// `needles` in steps of 0.02 s comes to 30.
 constexpr double lasting_factor = 100;
 
@@ -92,7 +94,8 @@ void EnergyBalance::add(const StepReport& step, const std::optional<Energy>& ene
     gain_ = gain;
     gain_time_ = step.time;
   }
-  fatal_ = (suspect && suspect_) || (gains && moving_gain > explosion_factor * before);
+  fatal_ = (suspect && suspect_) || (gains && moving_gain > explosion_factor * before) ||
+           (gains && gain > sudden_factor * reference);
   suspect_ = suspect;
   if (!gains && !suspect) quiet_ = moving_ + stored_;
   if ((unknown_ && !suspect) || now < lowest_) {

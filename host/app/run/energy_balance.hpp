@@ -24,7 +24,8 @@ double total(const Energy& energy);
 /// thousand times where not all work is known. Impact zones know nothing of elasticity. Where they
 /// hold back cloth, steps may end with it stretched, by several times the energy at play in
 /// everyday scenes. Later solves dissipate that. A sudden gain of kinetic and potential energy of a
-/// thousand times what was at play is fatal at once.
+/// thousand times what was at play is fatal at once, and so is one with elastic energy of a hundred
+/// thousand times.
 class EnergyBalance {
  public:
   /// @param start energy of the state that the run begins with

@@ -54,7 +54,7 @@ constexpr int active_set_iterations_draping = 1;
 constexpr double active_set_share = 10;
 /// The reference of which that is a share is at most so many times what gravity adds in a step.
 /// Stiff contacts that cloth is about to leave make it larger, and would pull at the cloth.
-constexpr double active_set_falls_max = 20;
+constexpr double active_set_falls_max = 25;
 /// Share of its residual at which a solve with contacts looks which of them push. Chosen in
 /// docs/decisions/002-contacts.md.
 constexpr double early_share = 0.03;

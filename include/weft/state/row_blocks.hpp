@@ -27,8 +27,6 @@ struct RowBlocks {
            static_cast<std::size_t>(slice);
   }
 
-  RowBlocks<const T> to_read() const noexcept { return {slice, value}; }
-
   WEFT_HD bool empty() const noexcept { return value.empty(); }
   /// The blocks from row `first` on, a multiple of the slice.
   RowBlocks from(Index first) const {

@@ -90,8 +90,12 @@ class SolveRank {
     Queue& queue = device_->compute();
     launch(queue, SolveHalo<T>{rank, row_begin_.span(), mesh_ghost_.span(), contact_.view(),
                                stamp_.span(), 1, ghost_.span(), ghost_offset_.span()});
-    launch(queue, Precondition<T>{begin_, rows(), mesh_.diagonal.span(), contact_.view(),
-                                  fixed_.span(), blocks(inverse_)});
+    launch(queue, Precondition<T>{begin_,
+                                  rows(),
+                                  mesh_.diagonal.span(),
+                                  contact_.view(),
+                                  fixed_.span(),
+                                  {block_slice(), inverse_.span()}});
     if (fine_.aggregates > 0)
       launch(queue, SolveSchwarzLevels<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
                                           fixed_.span(), fine_, wide_, wide_sum_.span()});
@@ -102,9 +106,9 @@ class SolveRank {
     SolvePcgPart<T> part;
     part.mesh = mesh_.blocks();
     part.far = far_.scalars();
-    part.vertex = {mass_.span(), blocks(drag_).to_read()};
+    part.vertex = {mass_.span(), {block_slice(), drag_.span()}};
     part.contact = contact_.view();
-    part.inverse = blocks(inverse_).to_read();
+    part.inverse = {block_slice(), inverse_.span()};
     part.fine = fine_;
     part.wide = wide_;
     part.fixed = fixed_.span();
@@ -152,7 +156,6 @@ class SolveRank {
     return result;
   }
   Index block_slice() const { return device_->backend() == Backend::cuda ? cuda_slice : 1; }
-  RowBlocks<T> blocks(const Buffer<T>& values) const { return {block_slice(), values.span()}; }
   template <class Level>
   void make_level(Level& level, Buffer<T>& inverse) {
     if (level.aggregates == 0) return;

@@ -12,6 +12,8 @@
 
 namespace weft {
 
+constexpr Index schwarz_aggregates_max = 16;
+
 /// One level of the multilevel preconditioner. Aggregates are 2^shift rows that follow each other
 /// in the vertex order, a Morton curve, and move as one; `aggregates` of them form a domain, whose
 /// Galerkin matrix R A R^T is inverted whole. Domains never cross the bounds of a reduction block,
@@ -22,6 +24,12 @@ struct SchwarzLevel {
   Index aggregates = 0;  ///< of a domain; 0: the level is not in use
   Span<T> inverse;       ///< domain by domain, see FineLevel and WideLevel [1/kg]
 
+  /// Below two aggregates in a reduction block the level is not in use.
+  static constexpr SchwarzLevel of(int shift, Index partial_rows) noexcept {
+    const Index aggregates = std::min(schwarz_aggregates_max, partial_rows >> shift);
+    return {shift, aggregates < 2 ? 0 : aggregates, {}};
+  }
+
   WEFT_HD constexpr Index domain_rows() const noexcept { return aggregates << shift; }
   WEFT_HD constexpr Index size() const noexcept { return 3 * aggregates; }
   WEFT_HD constexpr Index domains(Index rows) const noexcept {
@@ -29,16 +37,11 @@ struct SchwarzLevel {
   }
 };
 
-constexpr Index schwarz_aggregates_max = 16;
-
 /// Aggregates of 4 rows in domains of 64. Inverses are SymmetricBlocks: products read them whole.
 template <class T>
 struct FineLevel : SchwarzLevel<T> {
-  /// Below two aggregates there is none.
   static constexpr FineLevel of(Index partial_rows) noexcept {
-    constexpr int shift = 2;
-    const Index aggregates = std::min(schwarz_aggregates_max, partial_rows >> shift);
-    return {{shift, aggregates < 2 ? 0 : aggregates, {}}};
+    return {SchwarzLevel<T>::of(2, partial_rows)};
   }
   WEFT_HD constexpr Index domain_numbers() const noexcept {
     return SymmetricBlocks::size(this->aggregates);
@@ -52,9 +55,7 @@ struct FineLevel : SchwarzLevel<T> {
 template <class T>
 struct WideLevel : SchwarzLevel<T> {
   static constexpr WideLevel of(Index partial_rows) noexcept {
-    constexpr int shift = 6;
-    const Index aggregates = std::min(schwarz_aggregates_max, partial_rows >> shift);
-    return {{shift, aggregates < 2 ? 0 : aggregates, {}}};
+    return {SchwarzLevel<T>::of(6, partial_rows)};
   }
   WEFT_HD constexpr Index domain_numbers() const noexcept { return this->size() * this->size(); }
 };

@@ -20,28 +20,28 @@ __device__ double sum_block(double value) {
   return sums[0];
 }
 
-__device__ void add_friction(Span<std::int64_t> sums, const ComponentFriction& part) {
-  for (std::size_t k = 0; k < 3; ++k)
+__device__ void add_forces(Span<std::int64_t> sums, const ComponentForces& part) {
+  for (int k = 0; k < component_sums; ++k)
     if (part.component >= 0 && part.sum[k] != 0)
       atomicAdd(reinterpret_cast<unsigned long long*>(
-                    &sums[3 * static_cast<std::size_t>(part.component) + k]),
+                    &sums[static_cast<std::size_t>(component_sums * part.component + k)]),
                 static_cast<unsigned long long>(part.sum[k]));
 }
 
 /// Joins what a thread adds to one component after another, so that neighbours, which mostly lie on
 /// the same one, do not all wait for the same numbers.
-class FrictionSum {
+class ForceSum {
  public:
-  __device__ explicit FrictionSum(const Span<std::int64_t>& sums) : sums_(sums) {}
+  __device__ explicit ForceSum(const Span<std::int64_t>& sums) : sums_(sums) {}
 
-  __device__ void add(const ComponentFriction& part) {
+  __device__ void add(const ComponentForces& part) {
     if (part.component < 0) return;
     if (part.component != own_.component) {
-      add_friction(sums_, own_);
+      add_forces(sums_, own_);
       own_ = part;
       return;
     }
-    for (int k = 0; k < 3; ++k) own_.sum[k] += part.sum[k];
+    for (int k = 0; k < component_sums; ++k) own_.sum[k] += part.sum[k];
   }
 
   /// To be called once, by all threads of a warp at a time.
@@ -49,17 +49,18 @@ class FrictionSum {
     int same = 0;
     __match_all_sync(~0u, own_.component, &same);
     if (same == 0) {
-      add_friction(sums_, own_);
+      add_forces(sums_, own_);
       return;
     }
     for (int step = 16; step > 0; step /= 2)
-      for (int k = 0; k < 3; ++k) own_.sum[k] += __shfl_down_sync(~0u, own_.sum[k], step);
-    if (threadIdx.x % 32 == 0) add_friction(sums_, own_);
+      for (int k = 0; k < component_sums; ++k)
+        own_.sum[k] += __shfl_down_sync(~0u, own_.sum[k], step);
+    if (threadIdx.x % 32 == 0) add_forces(sums_, own_);
   }
 
  private:
   Span<std::int64_t> sums_;
-  ComponentFriction own_;
+  ComponentForces own_;
 };
 
 template <class T>
@@ -68,13 +69,13 @@ __global__ void __launch_bounds__(active_set_update_threads)
   const Index first = static_cast<Index>(blockIdx.x) * update_active_set;
   const Index last = min(first + update_active_set, static_cast<Index>(a.contacts.size()));
   double sum = 0;
-  FrictionSum first_side(a.friction_sum), second_side(a.friction_sum);
+  ForceSum first_side(a.force_sum), second_side(a.force_sum);
   for (Index i = first + static_cast<Index>(threadIdx.x); i < last;
        i += active_set_update_threads) {
     const ActiveSetChange<T> change = assemble_active_set_update(a, i);
     sum += change.mismatch_sq;
-    first_side.add(component_friction(a, i, 0, change.friction));
-    second_side.add(component_friction(a, i, 1, change.friction));
+    first_side.add(component_forces(a, i, 0, change));
+    second_side.add(component_forces(a, i, 1, change));
   }
   first_side.finish();
   second_side.finish();

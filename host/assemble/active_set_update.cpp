@@ -1,6 +1,7 @@
 #include "weft/kernels/assemble/active_set_update.hpp"
 
 #include "host/exec/host_device.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -12,10 +13,10 @@ void active_set_update(const AssembleActiveSetUpdate<T>& a) {
     const ActiveSetChange<T> change = assemble_active_set_update(a, i);
     sum += change.mismatch_sq;
     for (int side = 0; side < 2; ++side) {
-      const ComponentFriction part = component_friction(a, i, side, change.friction);
+      const ComponentForces part = component_forces(a, i, side, change);
       if (part.component < 0) continue;
-      for (std::size_t k = 0; k < 3; ++k)
-        a.friction_sum[3 * static_cast<std::size_t>(part.component) + k] += part.sum[k];
+      for (int k = 0; k < component_sums; ++k)
+        a.force_sum[at(component_sums * part.component + k)] += part.sum[k];
     }
   }
   a.mismatch_sq[0] = sum * static_cast<double>(a.h * a.h);

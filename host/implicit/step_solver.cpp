@@ -52,15 +52,15 @@ constexpr int active_set_iterations_draping = 1;
 /// That many tolerances of the solve may what contacts turn out to be differ from what they were
 /// taken for.
 constexpr double active_set_share = 10;
-/// The reference of which that is a share is at most so many times what gravity adds in a step.
-/// Stiff contacts that cloth is about to leave make it larger, and would pull at the cloth.
-constexpr double active_set_falls_max = 25;
 /// Share of its residual at which a solve with contacts looks which of them push. Chosen in
 /// docs/decisions/002-contacts.md.
 constexpr double early_share = 0.03;
 /// So much of its weight may friction on a component of cloth, all together, be off. Chosen in
 /// docs/decisions/002-contacts.md.
 constexpr double friction_missed_max = 0.1;
+/// So much of a component's weight and of what contacts push may others pull at it, all together.
+/// Chosen there as well.
+constexpr double pull_max = 1;
 
 /// Whether only the end of the motion counts: garments go on until they rest. A linear solve loses
 /// energy where Newton's method would keep it, and they rest earlier.
@@ -84,7 +84,7 @@ StepSolver<T>::StepSolver(Store<T>& store, const std::vector<RankGeometry<T>>& g
       publisher_(publisher) {
   for (int r = 0; r < store.devices().size(); ++r) {
     rank_mismatch_.emplace_back(store.devices()[r]);
-    rank_friction_.emplace_back(store.devices()[r]);
+    rank_force_.emplace_back(store.devices()[r]);
   }
 }
 
@@ -349,9 +349,8 @@ bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
 template <class T>
 bool StepSolver<T>::is_right(const ContactMismatch& mismatch) const {
   const double share = active_set_share * store_.scene().solver.tolerance;
-  const double fall = active_set_falls_max * system_.weight_impulse(at_.h);
-  const double reference = fall > 0 ? std::min(rules_.reference, fall) : rules_.reference;
-  return mismatch.impulse <= share * reference && mismatch.friction <= friction_missed_max;
+  return mismatch.impulse <= share * rules_.reference && mismatch.friction <= friction_missed_max &&
+         mismatch.pull <= pull_max;
 }
 
 template <class T>
@@ -384,8 +383,8 @@ ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
     const RankGeometry<T>& g = geometry_[n];
     Queue& queue = store_.devices()[r].compute();
     rank_mismatch_[n].resize(1);
-    rank_friction_[n].resize(3 * g.component_inverse_mass.size());
-    queue.fill(rank_friction_[n].data(), 0, rank_friction_[n].size() * sizeof(std::int64_t));
+    rank_force_[n].resize(component_sums * g.component_inverse_mass.size());
+    queue.fill(rank_force_[n].data(), 0, rank_force_[n].size() * sizeof(std::int64_t));
     launch(
         queue,
         AssembleActiveSetUpdate<T>{
@@ -394,21 +393,24 @@ ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
             store_.model().cloth_vertex_count, static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0,
             how.may_become_firm ? store_.rank(r).touched.span() : Span<const unsigned char>(),
             how.last, how.early, how.compare, how.parted, rank_mismatch_[n].span(),
-            rank_friction_[n].span()});
+            rank_force_[n].span()});
   }
   double mismatch_sq = 0;
-  std::vector<std::int64_t> friction(rank_friction_[0].size());
+  std::vector<std::int64_t> force(rank_force_[0].size());
   Queue& queue = store_.devices()[0].compute();
   queue.copy(&mismatch_sq, rank_mismatch_[0].data(), sizeof mismatch_sq);
-  queue.copy(friction.data(), rank_friction_[0].data(), friction.size() * sizeof(std::int64_t));
+  queue.copy(force.data(), rank_force_[0].data(), force.size() * sizeof(std::int64_t));
   queue.sync();
-  ContactMismatch mismatch{std::sqrt(mismatch_sq), 0};
-  for (std::size_t c = 0; c < friction.size(); c += 3)
-    mismatch.friction =
-        std::max(mismatch.friction,
-                 std::hypot(static_cast<double>(friction[c]), static_cast<double>(friction[c + 1]),
-                            static_cast<double>(friction[c + 2])) /
-                     friction_one);
+  const auto weights = [&force](std::size_t first) {
+    return std::hypot(static_cast<double>(force[first]), static_cast<double>(force[first + 1]),
+                      static_cast<double>(force[first + 2])) /
+           weight_one;
+  };
+  ContactMismatch mismatch{std::sqrt(mismatch_sq)};
+  for (std::size_t c = 0; c < force.size(); c += component_sums) {
+    mismatch.friction = std::max(mismatch.friction, weights(c));
+    mismatch.pull = std::max(mismatch.pull, weights(c + 3) / (1 + weights(c + 6)));
+  }
   return mismatch;
 }
 

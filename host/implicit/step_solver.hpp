@@ -88,7 +88,7 @@ class StepSolver {
   StageClock& clock_;
   const StepPublisher& publisher_;
   std::vector<Buffer<double>> rank_mismatch_;
-  std::vector<Buffer<std::int64_t>> rank_friction_;  ///< see AssembleActiveSetUpdate
+  std::vector<Buffer<std::int64_t>> rank_force_;  ///< see AssembleActiveSetUpdate
   Linearisation at_{};                               ///< of the assembled system
   SolveRules rules_;                                 ///< of the attempt's last solve
   bool seams_pull_ = false;

@@ -29,21 +29,22 @@ struct ActiveSetUpdateCase {
     for (Index part = 0; part < parts; ++part) {
       const auto contacts_d = upload(device, set.contacts);
       const Buffer<double> mismatch(device, 1);
-      const auto friction = upload(device, std::vector<std::int64_t>(3 * inverse_mass.size()));
+      const auto force =
+          upload(device, std::vector<std::int64_t>(component_sums * inverse_mass.size()));
       launch(device.compute(), AssembleActiveSetUpdate<T>{
                                    contacts_d.span(), x.span(), x0.span(), component.span(),
                                    inverse.span(), set.cloth, h, inverse_gravity, touched.span(),
-                                   last, early, compare, parted, mismatch.span(), friction.span()});
+                                   last, early, compare, parted, mismatch.span(), force.span()});
       std::vector<double> weights;
-      for (const std::int64_t sum : download(friction))
-        weights.push_back(static_cast<double>(sum) / friction_one);
+      for (const std::int64_t sum : download(force))
+        weights.push_back(static_cast<double>(sum) / weight_one);
       result = numbers(download(contacts_d), download(mismatch), weights);
     }
     return result;
   }
   template <class U>
   static Outputs numbers(const std::vector<Contact<U>>& all, const std::vector<double>& mismatch,
-                         const std::vector<double>& friction) {
+                         const std::vector<double>& force) {
     std::vector<double> push, drag, limit, stiffness, thickness;
     std::vector<Vec3<U>> slide;
     for (const Contact<U>& c : all) {
@@ -60,9 +61,9 @@ struct ActiveSetUpdateCase {
                       {"stiffness", stiffness},
                       {"thickness", thickness}};
     if (early)
-      EXPECT_EQ(friction, std::vector<double>(friction.size())) << "friction is not looked at";
+      EXPECT_EQ(force, std::vector<double>(force.size())) << "forces are not looked at";
     else
-      result.push_back({"friction", friction});
+      result.push_back({"force", force});
     if (!last) {
       result.push_back({"limit", limit});
       result.push_back(output("slide", slide));
@@ -96,7 +97,7 @@ struct ActiveSetUpdateCase {
     const std::vector<Vec3<double>> x = in_double(set.positions), x0 = in_double(set.positions_t0);
     std::vector<Contact<double>> all;
     double sum = 0;
-    std::vector<double> friction(3 * inverse_mass.size());
+    std::vector<double> force(component_sums * inverse_mass.size());
     const std::vector<Index> component = components();
     bool any_met = false, any_apart = false;
     for (const Contact<T>& contact : set.contacts) {
@@ -116,6 +117,11 @@ struct ActiveSetUpdateCase {
       const Vec3<double> more =
           friction_force(right.drag, m.displacement) - friction_force(taken, m.displacement);
       const double across = length(more);
+      const bool pulls = !early && c.push > 0 && !(right.push > 0);
+      // As they act on the second primitive.
+      const Vec3<double> normal_force = (c.thickness - m.gap) * c.n;
+      const Vec3<double> forces[] = {more, pulls ? c.push * normal_force : Vec3<double>{},
+                                     early ? Vec3<double>{} : -right.push * normal_force};
       for (int side = 0; side < 2; ++side) {
         const Index v = c.v[3 * side];
         if (v >= set.cloth) continue;
@@ -124,11 +130,11 @@ struct ActiveSetUpdateCase {
         if (other < set.cloth &&
             component[static_cast<std::size_t>(other)] == component[static_cast<std::size_t>(v)])
           continue;
-        for (int k = 0; k < 3; ++k)
-          friction[3 * own + static_cast<std::size_t>(k)] -=
-              std::rint((side == 0 ? 1 : -1) * more[k] * inverse_gravity * inverse_mass[own] *
-                        friction_one) /
-              friction_one;
+        for (int k = 0; k < component_sums; ++k)
+          force[component_sums * own + static_cast<std::size_t>(k)] -=
+              std::rint((side == 0 ? 1 : -1) * forces[k / 3][k % 3] * inverse_gravity *
+                        inverse_mass[own] * weight_one) /
+              weight_one;
       }
       const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);
       for (int j = 0; j < 4; ++j)
@@ -141,7 +147,7 @@ struct ActiveSetUpdateCase {
       all.push_back(compare ? in_double(contact) : c);
     }
     EXPECT_TRUE(any_met && any_apart);
-    return numbers(all, {sum * double{h} * double{h}}, friction);
+    return numbers(all, {sum * double{h} * double{h}}, force);
   }
 };
 

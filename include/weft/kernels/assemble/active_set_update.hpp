@@ -9,12 +9,12 @@ namespace weft {
 
 /// Compares what every contact was taken for in a linear solve with what is right where the solve
 /// ended - it may pull, and its friction may not be what the normal force allows - and takes it for
-/// that from now on. Errors of friction that add up over a
-/// component of cloth accelerate it, while its mesh absorbs errors that cancel. So the sum over
-/// each component is compared as well. Contacts that are crushed in a jam become firm, see
+/// that from now on. Errors of friction that add up over a component of cloth accelerate it, and so
+/// does the pull of contacts that it leaves, while its mesh absorbs errors that cancel. So the sum
+/// over each component is compared as well. Contacts that are crushed in a jam become firm, see
 /// make_firm(): loads arrive there within a step, so that what a contact remembers does not help.
 /// Reads: positions, contacts, touched. Writes: contacts as they push and drag, both sums.
-/// Order: mismatch_sq in the contacts' order, in double; friction_sum in fixed point, in any order;
+/// Order: mismatch_sq in the contacts' order, in double; force_sum in fixed point, in any order;
 /// every rank computes all. Ghosts: all vertices. Flags: none.
 template <class T>
 struct AssembleActiveSetUpdate {
@@ -39,20 +39,22 @@ struct AssembleActiveSetUpdate {
   /// deep it has let them go says nothing of what they bear.
   bool parted = false;
   Span<double> mismatch_sq;  ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
-  /// [3 * components] by how much friction on a component is not what it was taken for, in weights
-  /// of the component / friction_one. Is added to.
-  Span<std::int64_t> friction_sum;
+  /// [component_sums * components] forces on each component, in weights of the component /
+  /// weight_one, see ComponentForces. Is added to.
+  Span<std::int64_t> force_sum;
 };
 
-/// Fixed-point representation of one in AssembleActiveSetUpdate::friction_sum. The force of a
-/// contact is limited to 1,024 weights, so that sums over millions of contacts do not overflow.
-inline constexpr double friction_one = 1073741824;
+/// Fixed-point representation of one in AssembleActiveSetUpdate::force_sum. The force of a contact
+/// is limited to 1,024 weights, so that sums over millions of contacts do not overflow.
+inline constexpr double weight_one = 1073741824;
 
 /// What a contact adds to the sums.
 template <class T>
 struct ActiveSetChange {
   double mismatch_sq = 0;  ///< [N^2]
-  Vec3<T> friction{};      ///< [N] on the first primitive
+  Vec3<T> friction{};  ///< [N] on the first primitive: right friction less what it was taken for
+  Vec3<T> pull{};      ///< [N] on the first primitive: minus what the contact pulled
+  Vec3<T> push{};      ///< [N] on the first primitive: what is right
 };
 
 /// By how much stiffer a solve makes a contact at most.
@@ -94,7 +96,7 @@ WEFT_HD ActiveSetChange<T> early_change(const AssembleActiveSetUpdate<T>& a,
   if (push == c.push) return {};
   const double normal = static_cast<double>((push - c.push) * (c.thickness - gap));
   c.push = push;
-  return {cloth_weights_sq(a, c) * (normal * normal), {}};
+  return {cloth_weights_sq(a, c) * (normal * normal)};
 }
 
 /// What a contact adds; it is then as it pushes and drags.
@@ -106,10 +108,13 @@ WEFT_HD ActiveSetChange<T> active_set_change(const AssembleActiveSetUpdate<T>& a
   const double firmer = a.last || a.touched.empty() ? 0 : static_cast<double>(make_firm(a, c));
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);
-  const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);
+  const T depth = c.thickness - m.gap;
+  const double normal = firmer + (right.push - c.push) * depth;
   const Vec3<T> friction = friction_force({c.drag, c.drag_limit, c.slide}, m.displacement) -
                            friction_force(right.drag, m.displacement);
   const double tangential = length(friction);
+  const Vec3<T> pull = right.push < c.push ? (-c.push * depth) * c.n : Vec3<T>{};
+  const Vec3<T> push = (right.push * depth) * c.n;
   const double weights = cloth_weights_sq(a, c);
   if (a.last) {
     // As a secant the force falls with the displacement, and is gone where that ends. A contact
@@ -122,7 +127,7 @@ WEFT_HD ActiveSetChange<T> active_set_change(const AssembleActiveSetUpdate<T>& a
   c.drag = right.drag.stiffness;
   c.drag_limit = right.drag.limit;
   c.slide = right.drag.slide;
-  return {weights * (normal * normal + tangential * tangential), friction};
+  return {weights * (normal * normal + tangential * tangential), friction, pull, push};
 }
 
 /// Contact i.
@@ -135,18 +140,21 @@ WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpd
   return active_set_change(a, compared);
 }
 
-/// Friction on a component of cloth, as in AssembleActiveSetUpdate::friction_sum.
-struct ComponentFriction {
+/// Sums of AssembleActiveSetUpdate::force_sum for each component.
+inline constexpr int component_sums = 9;
+
+/// Forces on a component of cloth, as in AssembleActiveSetUpdate::force_sum.
+struct ComponentForces {
   Index component = -1;  ///< -1: none
-  std::int64_t sum[3] = {};
+  /// Components of ActiveSetChange::friction, pull and push
+  std::int64_t sum[component_sums] = {};
 };
 
-/// What the change of friction at contact i is to one of its sides. What a component does to itself
-/// leaves it where it is.
+/// What contact i does to one of its sides. What a component does to itself leaves it where it is.
 /// @param side 0: the first primitive
 template <class T>
-WEFT_HD ComponentFriction component_friction(const AssembleActiveSetUpdate<T>& a, Index i, int side,
-                                             const Vec3<T>& friction) noexcept {
+WEFT_HD ComponentForces component_forces(const AssembleActiveSetUpdate<T>& a, Index i, int side,
+                                         const ActiveSetChange<T>& change) noexcept {
   using std::rint;
   constexpr double most = 1024;
   const Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
@@ -156,15 +164,16 @@ WEFT_HD ComponentFriction component_friction(const AssembleActiveSetUpdate<T>& a
     component[k] =
         v < a.cloth_vertex_count ? a.component_of_vertex[static_cast<std::size_t>(v)] : Index{-1};
   }
-  ComponentFriction result;
+  ComponentForces result;
   if (component[side] < 0 || component[0] == component[1]) return result;
   result.component = component[side];
   const double per_force = (side == 0 ? 1 : -1) * a.inverse_gravity *
                            a.component_inverse_mass[static_cast<std::size_t>(result.component)];
-  for (int k = 0; k < 3; ++k) {
-    const double weights = static_cast<double>(friction[k]) * per_force;
+  const Vec3<T> force[] = {change.friction, change.pull, change.push};
+  for (int k = 0; k < component_sums; ++k) {
+    const double weights = static_cast<double>(force[k / 3][k % 3]) * per_force;
     const double kept = !(weights > -most) ? -most : weights < most ? weights : most;
-    result.sum[k] = static_cast<std::int64_t>(rint(kept * friction_one));
+    result.sum[k] = static_cast<std::int64_t>(rint(kept * weight_one));
   }
   return result;
 }

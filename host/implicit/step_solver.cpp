@@ -122,7 +122,7 @@ bool StepSolver<T>::solve(const Attempt& a, StepReport& report) {
 template <class T>
 bool StepSolver<T>::solve_once(const Attempt& a, StepReport& report) {
   start_at_state(a);
-  at_ = {.h = a.h, .translated = true, .without_rates = a.at_rest, .predicted = true};
+  at_ = {.h = a.h, .moved = true, .without_rates = a.at_rest, .predicted = true};
   assemble();
   report.newton_iterations += 1;
   const bool solved =
@@ -222,7 +222,7 @@ bool StepSolver<T>::keeps_limits() {
 /// Whether cloth stretches and turns little enough for a single linear solve.
 template <class T>
 bool StepSolver<T>::is_nearly_linear(const Attempt& a) {
-  const StepEnergy energy = system_.step_energy();
+  const StepEnergy energy = system_.step_energy(at_);
   const double fall = length(store_.scene().gravity) * a.h;
   const double fall_energy = 0.5 * store_.model().whole.mass * fall * fall;
   const double at_play = energy.at_start + fall_energy;
@@ -461,7 +461,7 @@ void StepSolver<T>::book_assembly(StepReport& report) {
   report.stages.solve -= seconds;
 }
 
-/// The iterate is the step's start, x_n, with each component of cloth moved along as a whole;
+/// The iterate is the step's start, x_n, with each component of cloth moved along as a rigid body;
 /// obstacles stand where they end.
 template <class T>
 void StepSolver<T>::start_at_state(const Attempt& a) {
@@ -472,16 +472,16 @@ void StepSolver<T>::start_at_state(const Attempt& a) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     const RankGeometry<T>& g = geometry_[static_cast<std::size_t>(r)];
     Buffer<Vec3<T>>& positions = system_.iterate_positions(r);
-    const Span<Vec3<T>> velocities = system_.iterate_velocities(r).span();
     queue.copy(positions.data() + cloth, m.positions_t1.data() + cloth,
                (positions.size() - cloth) * sizeof(Vec3<T>));
-    launch(queue,
-           IntegrateMovingFrame<T>{state.positions.span(), state.velocities.span(),
-                                   g.component_of_vertex.span(), g.moving_frame_sample.span(),
-                                   static_cast<T>(a.dt), positions.span(), velocities});
+    launch(queue, IntegrateMovingFrame<T>{
+                      state.positions.span(), state.velocities.span(), g.component_of_vertex.span(),
+                      g.moving_frame_sample.span(), static_cast<T>(a.dt), 0,
+                      system_.turned_positions(r).span(), positions.span(),
+                      system_.iterate_velocities(r).span(), system_.turned_velocities(r).span()});
     if (!a.at_rest)
       launch(queue, IntegrateRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
-                                     velocities});
+                                     system_.iterate_velocities(r).span()});
   }
 }
 

@@ -45,7 +45,7 @@ class StepSolver {
   bool solve_about_state(const Attempt& a, StepReport& report);
 
   /// Whether the latest solve was a single linear one, in which elements see the state.
-  bool is_linear() const noexcept { return at_.translated; }
+  bool is_linear() const noexcept { return at_.moved; }
   /// Residual of Newton's method after the latest solve. [N s] 2-norm
   double residual(const StepReport& report) const {
     return is_linear() ? 0 : report.newton_residual * first_reference_;

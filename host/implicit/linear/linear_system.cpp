@@ -57,6 +57,8 @@ void LinearSystem<T>::make_rank(int r) {
   const MemoryName name("solver");
   make(device, k.iterate_positions, static_cast<std::size_t>(store_.model().vertex_count));
   make(device, k.iterate_velocities, static_cast<std::size_t>(cloth));
+  make(device, k.turned_positions, static_cast<std::size_t>(cloth));
+  make(device, k.turned_velocities, static_cast<std::size_t>(cloth));
 }
 
 /// All that the ranks hold of their rows, side by side: they have nothing in common.
@@ -137,7 +139,7 @@ void LinearSystem<T>::assemble_mesh(int r, const Linearisation& at) {
   Rank& k = rank(r);
   Queue& queue = store_.devices()[r].compute();
   Span<const Vec3<T>> positions = k.iterate_positions.span();
-  if (at.translated) positions = store_.rank(r).positions.span();
+  if (at.moved) positions = k.turned_positions.span();
   Span<const Vec3<T>> rates;
   if (!at.without_rates) rates = k.iterate_velocities.span();
   const auto h = static_cast<T>(at.h);
@@ -181,7 +183,7 @@ void LinearSystem<T>::launch_initial_guess(int r, const Linearisation& at,
   Span<const Vec3<T>> start;
   Span<const Index> held;
   if (at.predicted) {
-    start = store_.rank(r).velocities.span();
+    start = at.moved ? k.turned_velocities.span() : store_.rank(r).velocities.span();
     if (held_.can_fall()) held = held_.mark(r, g, contacts);
   }
   launch(store_.devices()[r].compute(),
@@ -345,9 +347,15 @@ ResidualProducts LinearSystem<T>::products() {
 
 template <class T>
 StepEnergy LinearSystem<T>::step_energy() {
+  return step_energy(Linearisation{});
+}
+
+template <class T>
+StepEnergy LinearSystem<T>::step_energy(const Linearisation& at) {
   std::vector<Span<const Vec3<T>>> positions, velocities;
   for (int r = 0; r < store_.devices().size(); ++r) {
-    positions.push_back(store_.rank(r).positions.span());
+    positions.push_back(at.moved ? rank(r).turned_positions.span()
+                                 : store_.rank(r).positions.span());
     velocities.push_back(store_.rank(r).velocities.span());
   }
   return step_energy(positions, velocities);

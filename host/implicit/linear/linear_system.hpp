@@ -24,8 +24,9 @@ namespace weft {
 /// The point about which the system is linearised: the start of the step x_n, v_n, and the iterate
 /// x_k, v_k.
 struct Linearisation {
-  double h = 0;                ///< [s] effective step of the integrator
-  bool translated = false;     ///< x_k is x_n with each component translated: elements see x_n
+  double h = 0;  ///< [s] effective step of the integrator
+  /// x_k is x_n with each component moved as a rigid body: elements see x_n turned
+  bool moved = false;
   bool without_rates = false;  ///< v_k is constant per component, so strain rates are 0
   bool predicted = false;      ///< the active set is the predicted one: there is only one iteration
   bool refresh = true;         ///< rebuild the preconditioner's aggregates
@@ -68,6 +69,9 @@ class LinearSystem {
   /// Arrays of rank r that the caller fills before assemble().
   Buffer<Vec3<T>>& iterate_positions(int r) { return rank(r).iterate_positions; }
   Buffer<Vec3<T>>& iterate_velocities(int r) { return rank(r).iterate_velocities; }
+  /// The same for Linearisation::moved.
+  Buffer<Vec3<T>>& turned_positions(int r) { return rank(r).turned_positions; }
+  Buffer<Vec3<T>>& turned_velocities(int r) { return rank(r).turned_velocities; }
 
   /// Sets the fixed vertices of systems assembled from now on. Triangles with three fixed corners
   /// add no bending energy. Waits for the ranks if these vertices change.
@@ -130,6 +134,8 @@ class LinearSystem {
 
   /// Energies of the motion from the state to positions_t1. Waits for the ranks.
   StepEnergy step_energy();
+  /// The same, with errors of a system about another point.
+  StepEnergy step_energy(const Linearisation& at);
   /// The same for a motion that starts elsewhere.
   /// @param positions, velocities [ranks] of all vertices [m], [m/s]
   StepEnergy step_energy(const std::vector<Span<const Vec3<T>>>& positions,
@@ -152,6 +158,7 @@ class LinearSystem {
     PreconditionerBuffers<T> preconditioner;
     KrylovVectors<T> krylov;
     Buffer<Vec3<T>> iterate_positions, iterate_velocities;
+    Buffer<Vec3<T>> turned_positions, turned_velocities;  ///< see IntegrateMovingFrame
     LineSearchVectors<T> line;
     StepEnergyBuffers<T> energy;
   };

@@ -92,7 +92,7 @@ void ExternalWork<T>::choose(std::vector<Index> vertices) {
   chosen_ = std::move(vertices);
   upload(store_.devices()[0].compute(), chosen_on_device_, chosen_);
   gathered_.resize(chosen_.size());
-  for (Vectors* all : {&x0_, &x1_, &v0_, &v1_, &v_end_})
+  for (Vectors* all : {&x0_, &x1_, &v0_, &v1_, &v_end_, &linear_about_})
     all->resize(at(store_.model().vertex_count));
 }
 
@@ -261,11 +261,13 @@ double ExternalWork<T>::of_pins(const AcceptedMotion<T>& motion) {
   for (const Index v : at_pins_.vertices)
     work += model.mass[at(v)] * ((length_sq(v_end[at(v)]) - length_sq(v0[at(v)])) / 2 -
                                  dot(store_.scene().gravity, moved(v)));
-  const Vectors& x_at = motion.linear ? x0 : x1;
+  const bool linear = !motion.linear_about.empty();
+  if (linear) fetch_chosen(motion.linear_about, linear_about_);
+  const Vectors& x_at = linear ? linear_about_ : x1;
   // Displacements from there that forces are linear in, with those that damping b amounts to.
   const auto displaced = [&](Index v, double damping) {
     const Vec3<double> rate = damping * v1[at(v)];
-    return motion.linear ? x1[at(v)] - x0[at(v)] + rate : rate;
+    return linear ? x1[at(v)] - x_at[at(v)] + rate : rate;
   };
   const MaterialRows<double>& laws = model.laws->rows;
   const Tri corners{{0, 1, 2}};

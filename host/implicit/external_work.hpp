@@ -13,9 +13,11 @@ namespace weft {
 /// A motion that a step is about to accept. Spans are in the memory of rank 0.
 template <class T>
 struct AcceptedMotion {
-  double dt = 0;        ///< [s]
-  bool linear = false;  ///< elements have the forces of a single linear solve about the state
-  double residual = 0;  ///< [N s] 2-norm of what Newton's method has left
+  double dt = 0;  ///< [s]
+  /// [cloth vertices] [m] about which elements have the forces of a single linear solve; empty:
+  /// they have those where the solve ended
+  Span<const Vec3<T>> linear_about;
+  double residual = 0;                      ///< [N s] 2-norm of what Newton's method has left
   const std::vector<unsigned char>* fixed;  ///< [vertices] 1: its position is prescribed
   Span<const Contact<T>> contacts;
   /// [vertices] [m], [cloth vertices] [m/s] where the solve ended, before impact zones
@@ -75,7 +77,7 @@ class ExternalWork {
   Buffer<Index> chosen_on_device_;
   Buffer<Vec3<T>> gathered_;
   /// [vertices] at the start, and where the solve ended; right for chosen vertices only
-  Vectors x0_, x1_, v0_, v1_, v_end_;
+  Vectors x0_, x1_, v0_, v1_, v_end_, linear_about_;
 };
 
 }  // namespace weft

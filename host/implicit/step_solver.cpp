@@ -409,7 +409,8 @@ ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
   ContactMismatch mismatch{std::sqrt(mismatch_sq)};
   for (std::size_t c = 0; c < force.size(); c += component_sums) {
     mismatch.friction = std::max(mismatch.friction, weights(c));
-    mismatch.pull = std::max(mismatch.pull, weights(c + 3) / (1 + weights(c + 6)));
+    const double push = static_cast<double>(force[c + 6]) / weight_one;
+    mismatch.pull = std::max(mismatch.pull, weights(c + 3) / (1 + push));
   }
   return mismatch;
 }

@@ -44,11 +44,14 @@ class StepSolver {
   /// from the start of the step.
   bool solve_about_state(const Attempt& a, StepReport& report);
 
-  /// Whether the latest solve was a single linear one, in which elements see the state.
-  bool is_linear() const noexcept { return at_.moved; }
+  /// [cloth vertices] [m] Where elements are linearised in the latest solve, if that was a single
+  /// linear one about the state; else empty. In the memory of rank 0.
+  Span<const Vec3<T>> linear_about() {
+    return at_.moved ? system_.turned_positions(0).span() : Span<const Vec3<T>>{};
+  }
   /// Residual of Newton's method after the latest solve. [N s] 2-norm
   double residual(const StepReport& report) const {
-    return is_linear() ? 0 : report.newton_residual * first_reference_;
+    return at_.moved ? 0 : report.newton_residual * first_reference_;
   }
 
  private:
@@ -89,8 +92,8 @@ class StepSolver {
   const StepPublisher& publisher_;
   std::vector<Buffer<double>> rank_mismatch_;
   std::vector<Buffer<std::int64_t>> rank_force_;  ///< see AssembleActiveSetUpdate
-  Linearisation at_{};                               ///< of the assembled system
-  SolveRules rules_;                                 ///< of the attempt's last solve
+  Linearisation at_{};                            ///< of the assembled system
+  SolveRules rules_;                              ///< of the attempt's last solve
   bool seams_pull_ = false;
   bool truncating_ = false;
   bool paused_ = false;            ///< the latest solve has

@@ -118,10 +118,9 @@ struct ActiveSetUpdateCase {
           friction_force(right.drag, m.displacement) - friction_force(taken, m.displacement);
       const double across = length(more);
       const bool pulls = !early && c.push > 0 && !(right.push > 0);
-      // As they act on the second primitive.
-      const Vec3<double> normal_force = (c.thickness - m.gap) * c.n;
-      const Vec3<double> forces[] = {more, pulls ? c.push * normal_force : Vec3<double>{},
-                                     early ? Vec3<double>{} : -right.push * normal_force};
+      // As it acts on the second primitive.
+      const double depth = c.thickness - m.gap;
+      const Vec3<double> pull = pulls ? (c.push * depth) * c.n : Vec3<double>{};
       for (int side = 0; side < 2; ++side) {
         const Index v = c.v[3 * side];
         if (v >= set.cloth) continue;
@@ -130,11 +129,14 @@ struct ActiveSetUpdateCase {
         if (other < set.cloth &&
             component[static_cast<std::size_t>(other)] == component[static_cast<std::size_t>(v)])
           continue;
-        for (int k = 0; k < component_sums; ++k)
-          force[component_sums * own + static_cast<std::size_t>(k)] -=
-              std::rint((side == 0 ? 1 : -1) * forces[k / 3][k % 3] * inverse_gravity *
-                        inverse_mass[own] * weight_one) /
-              weight_one;
+        const double per_force = inverse_gravity * inverse_mass[own];
+        double* sums = &force[component_sums * own];
+        const auto add = [&sums, per_force](double newtons) {
+          *sums++ += std::rint(newtons * per_force * weight_one) / weight_one;
+        };
+        for (const Vec3<double>& on_second : {more, pull})
+          for (int k = 0; k < 3; ++k) add((side == 0 ? -1 : 1) * on_second[k]);
+        add(early ? 0 : right.push * depth);
       }
       const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);
       for (int j = 0; j < 4; ++j)

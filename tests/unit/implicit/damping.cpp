@@ -119,7 +119,8 @@ TEST(Damping, OfABendingStrip) {
       s, 2, pi * pi / (length_at_rest * length_at_rest) * std::sqrt(bending_stiffness / density));
 }
 
-/// Displacements in a step that are due to velocities.
+/// Displacements in a step that are due to velocities. It turns so little that the system remains
+/// about its start.
 std::vector<Vec3<double>> answer(Scene s, double h) {
   s.time.step = h;
   s.time.frame_rate = 1 / h;
@@ -127,7 +128,7 @@ std::vector<Vec3<double>> answer(Scene s, double h) {
   for (const double sign : {1.0, -1.0}) {
     Scene one = s;
     one.cloths[0].velocity = Vec3<double>{0.02, -0.01, 0.03} * sign;
-    one.cloths[0].angular_velocity = Vec3<double>{1, 0.7, -0.4} * sign;
+    one.cloths[0].angular_velocity = Vec3<double>{0.1, 0.07, -0.04} * sign;
     Simulation simulation(one, host_devices(2));
     EXPECT_EQ(Failure::none, simulation.step().failure);
     const auto x = simulation.frame().cloth_positions[0];

@@ -12,7 +12,7 @@ namespace weft {
 namespace {
 
 TEST(StepProgress, EndsWithTheCountsOfTheReport) {
-  const Scene scene = test::thrown_sheet(20);
+  const Scene scene = test::thrown_sheet(30);
   DeviceSet devices = host_devices(1);
   Store<double> store(scene, devices);
   ImplicitStep<double> step(store);

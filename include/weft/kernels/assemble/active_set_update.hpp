@@ -54,7 +54,7 @@ struct ActiveSetChange {
   double mismatch_sq = 0;  ///< [N^2]
   Vec3<T> friction{};  ///< [N] on the first primitive: right friction less what it was taken for
   Vec3<T> pull{};      ///< [N] on the first primitive: minus what the contact pulled
-  Vec3<T> push{};      ///< [N] on the first primitive: what is right
+  T push = 0;          ///< [N] on either: what is right
 };
 
 /// By how much stiffer a solve makes a contact at most.
@@ -114,7 +114,7 @@ WEFT_HD ActiveSetChange<T> active_set_change(const AssembleActiveSetUpdate<T>& a
                            friction_force(right.drag, m.displacement);
   const double tangential = length(friction);
   const Vec3<T> pull = right.push < c.push ? (-c.push * depth) * c.n : Vec3<T>{};
-  const Vec3<T> push = (right.push * depth) * c.n;
+  const T push = right.push * depth;
   const double weights = cloth_weights_sq(a, c);
   if (a.last) {
     // As a secant the force falls with the displacement, and is gone where that ends. A contact
@@ -141,12 +141,12 @@ WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpd
 }
 
 /// Sums of AssembleActiveSetUpdate::force_sum for each component.
-inline constexpr int component_sums = 9;
+inline constexpr int component_sums = 7;
 
 /// Forces on a component of cloth, as in AssembleActiveSetUpdate::force_sum.
 struct ComponentForces {
   Index component = -1;  ///< -1: none
-  /// Components of ActiveSetChange::friction, pull and push
+  /// ActiveSetChange::friction and pull, a sum per axis, and push
   std::int64_t sum[component_sums] = {};
 };
 
@@ -167,11 +167,14 @@ WEFT_HD ComponentForces component_forces(const AssembleActiveSetUpdate<T>& a, In
   ComponentForces result;
   if (component[side] < 0 || component[0] == component[1]) return result;
   result.component = component[side];
-  const double per_force = (side == 0 ? 1 : -1) * a.inverse_gravity *
-                           a.component_inverse_mass[static_cast<std::size_t>(result.component)];
-  const Vec3<T> force[] = {change.friction, change.pull, change.push};
+  const double per_force =
+      a.inverse_gravity * a.component_inverse_mass[static_cast<std::size_t>(result.component)];
+  const T sign = side == 0 ? T(1) : T(-1);
   for (int k = 0; k < component_sums; ++k) {
-    const double weights = static_cast<double>(force[k / 3][k % 3]) * per_force;
+    const T force = k < 3   ? sign * change.friction[k]
+                    : k < 6 ? sign * change.pull[k - 3]
+                            : change.push;
+    const double weights = static_cast<double>(force) * per_force;
     const double kept = !(weights > -most) ? -most : weights < most ? weights : most;
     result.sum[k] = static_cast<std::int64_t>(rint(kept * weight_one));
   }

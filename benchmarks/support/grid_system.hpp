@@ -83,14 +83,15 @@ class FirstSystem {
       RankMotion<T>& motion = motion_[static_cast<std::size_t>(r)];
       for (Buffer<Vec3<T>>* positions :
            {&motion.base_positions, &motion.positions_t1, &system_->iterate_positions(r),
-            &system_->turned_positions(r)})
+            &system_->moving_frame(r).positions})
         queue.copy(positions->data(), state.positions.data(), positions->size() * sizeof(Vec3<T>));
       queue.copy(motion.base_velocities.data(), state.velocities.data(),
                  motion.base_velocities.size() * sizeof(Vec3<T>));
-      Buffer<Vec3<T>>& turned = system_->turned_velocities(r);
+      Buffer<Vec3<T>>& turned = system_->moving_frame(r).velocities;
       queue.copy(turned.data(), state.velocities.data(), turned.size() * sizeof(Vec3<T>));
       Buffer<Vec3<T>>& velocities = system_->iterate_velocities(r);
       queue.fill(velocities.data(), 0, velocities.size() * sizeof(Vec3<T>));
+      queue.fill(system_->moving_frame(r).turned.data(), 0, sizeof(std::int32_t));
     }
     sync();
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "host/implicit/parallel/exchange.hpp"
@@ -12,6 +13,7 @@
 #include "weft/kernels/integrate/advance.hpp"
 #include "weft/kernels/integrate/moving_frame.hpp"
 #include "weft/kernels/integrate/rate.hpp"
+#include "weft/kernels/solve/held_components.hpp"
 
 namespace weft {
 namespace {
@@ -118,10 +120,26 @@ bool StepSolver<T>::solve(const Attempt& a, StepReport& report) {
   }
 }
 
-/// The linearly implicit step, P-Cloth eq. (3).
+/// The linearly implicit step. Where something stops what turned, the start as it is misses less of
+/// how cloth stretches than the start turned.
 template <class T>
 bool StepSolver<T>::solve_once(const Attempt& a, StepReport& report) {
-  start_at_state(a);
+  return solve_about_start(a, report, true) &&
+         (!turned_in_vain() || solve_about_start(a, report, false));
+}
+
+/// Whether the latest solve would have missed less with no component turned.
+template <class T>
+bool StepSolver<T>::turned_in_vain() {
+  return at_.moved && system_.turned() &&
+         system_.step_energy(at_).turned > system_.step_energy().turned;
+}
+
+/// P-Cloth eq. (3).
+/// @param turn whether components that turn are linearised about the start turned
+template <class T>
+bool StepSolver<T>::solve_about_start(const Attempt& a, StepReport& report, bool turn) {
+  start_at_state(a, turn);
   at_ = {.h = a.h, .moved = true, .without_rates = a.at_rest, .predicted = true};
   assemble();
   report.newton_iterations += 1;
@@ -290,6 +308,7 @@ bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
   }
   if (newton_iterations > 1) return finish_solve(a, rules, report) && search_line(a, report);
   return solve_with_early_look(a, rules, report) && iterate_active_set(a, report) &&
+         (!turned_in_vain() || solve_about_start(a, report, false)) &&
          (newton_iterations == 1 || refine(a, report));
 }
 
@@ -465,7 +484,7 @@ void StepSolver<T>::book_assembly(StepReport& report) {
 /// The iterate is the step's start, x_n, with each component of cloth moved along as a rigid body;
 /// obstacles stand where they end.
 template <class T>
-void StepSolver<T>::start_at_state(const Attempt& a) {
+void StepSolver<T>::start_at_state(const Attempt& a, bool turn) {
   const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
   for (int r = 0; r < store_.devices().size(); ++r) {
     Queue& queue = store_.devices()[r].compute();
@@ -475,11 +494,19 @@ void StepSolver<T>::start_at_state(const Attempt& a) {
     Buffer<Vec3<T>>& positions = system_.iterate_positions(r);
     queue.copy(positions.data() + cloth, m.positions_t1.data() + cloth,
                (positions.size() - cloth) * sizeof(Vec3<T>));
-    launch(queue, IntegrateMovingFrame<T>{
-                      state.positions.span(), state.velocities.span(), g.component_of_vertex.span(),
-                      g.moving_frame_sample.span(), static_cast<T>(a.dt), 0,
-                      system_.turned_positions(r).span(), positions.span(),
-                      system_.iterate_velocities(r).span(), system_.turned_velocities(r).span()});
+    MovingFrameBuffers<T>& frame = system_.moving_frame(r);
+    queue.fill(frame.turned.data(), 0, sizeof(std::int32_t));
+    queue.fill(frame.meets.data(), 0, frame.meets.size() * sizeof(Index));
+    if (!detection_.contacts(r).empty())
+      launch(queue, SolveHeldComponents<T>{detection_.contacts(r), g.component_of_vertex.span(),
+                                           frame.meets.span()});
+    launch(queue,
+           IntegrateMovingFrame<T>{
+               state.positions.span(), state.velocities.span(), g.component_of_vertex.span(),
+               g.moving_frame_sample.span(), frame.meets.span(), static_cast<T>(a.dt),
+               turn ? static_cast<T>(moving_frame_angle_min) : std::numeric_limits<T>::infinity(),
+               0, frame.positions.span(), positions.span(), system_.iterate_velocities(r).span(),
+               frame.velocities.span(), frame.turned.span()});
     if (!a.at_rest)
       launch(queue, IntegrateRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
                                      system_.iterate_velocities(r).span()});

@@ -47,7 +47,7 @@ class StepSolver {
   /// [cloth vertices] [m] Where elements are linearised in the latest solve, if that was a single
   /// linear one about the state; else empty. In the memory of rank 0.
   Span<const Vec3<T>> linear_about() {
-    return at_.moved ? system_.turned_positions(0).span() : Span<const Vec3<T>>{};
+    return at_.moved ? system_.moving_frame(0).positions.span() : Span<const Vec3<T>>{};
   }
   /// Residual of Newton's method after the latest solve. [N s] 2-norm
   double residual(const StepReport& report) const {
@@ -65,6 +65,8 @@ class StepSolver {
   };
 
   bool solve_once(const Attempt& a, StepReport& report);
+  bool solve_about_start(const Attempt& a, StepReport& report, bool turn);
+  bool turned_in_vain();
   bool solve_newton(const Attempt& a, StepReport& report);
   bool refine(const Attempt& a, StepReport& report);
   bool is_nearly_linear(const Attempt& a);
@@ -78,7 +80,7 @@ class StepSolver {
                     bool may_fall_short = false);
   void assemble();
   void book_assembly(StepReport& report);
-  void start_at_state(const Attempt& a);
+  void start_at_state(const Attempt& a, bool turn);
   void start_at_prediction(const Attempt& a);
   void take_iterate();
   void spread_solution(const Attempt& a);

@@ -57,8 +57,7 @@ void LinearSystem<T>::make_rank(int r) {
   const MemoryName name("solver");
   make(device, k.iterate_positions, static_cast<std::size_t>(store_.model().vertex_count));
   make(device, k.iterate_velocities, static_cast<std::size_t>(cloth));
-  make(device, k.turned_positions, static_cast<std::size_t>(cloth));
-  make(device, k.turned_velocities, static_cast<std::size_t>(cloth));
+  k.moving_frame.make(device, cloth, geometry(r).component_inverse_mass.size());
 }
 
 /// All that the ranks hold of their rows, side by side: they have nothing in common.
@@ -139,7 +138,7 @@ void LinearSystem<T>::assemble_mesh(int r, const Linearisation& at) {
   Rank& k = rank(r);
   Queue& queue = store_.devices()[r].compute();
   Span<const Vec3<T>> positions = k.iterate_positions.span();
-  if (at.moved) positions = k.turned_positions.span();
+  if (at.moved) positions = k.moving_frame.positions.span();
   Span<const Vec3<T>> rates;
   if (!at.without_rates) rates = k.iterate_velocities.span();
   const auto h = static_cast<T>(at.h);
@@ -183,7 +182,7 @@ void LinearSystem<T>::launch_initial_guess(int r, const Linearisation& at,
   Span<const Vec3<T>> start;
   Span<const Index> held;
   if (at.predicted) {
-    start = at.moved ? k.turned_velocities.span() : store_.rank(r).velocities.span();
+    start = at.moved ? k.moving_frame.velocities.span() : store_.rank(r).velocities.span();
     if (held_.can_fall()) held = held_.mark(r, g, contacts);
   }
   launch(store_.devices()[r].compute(),
@@ -354,7 +353,7 @@ template <class T>
 StepEnergy LinearSystem<T>::step_energy(const Linearisation& at) {
   std::vector<Span<const Vec3<T>>> positions, velocities;
   for (int r = 0; r < store_.devices().size(); ++r) {
-    positions.push_back(at.moved ? rank(r).turned_positions.span()
+    positions.push_back(at.moved ? rank(r).moving_frame.positions.span()
                                  : store_.rank(r).positions.span());
     velocities.push_back(store_.rank(r).velocities.span());
   }
@@ -400,6 +399,7 @@ SolveStatus LinearSystem<T>::status() {
   SolveStatus status;
   Queue& queue = store_.devices()[0].compute();
   queue.copy(&status, rank(0).krylov.status.data(), sizeof status);
+  queue.copy(&turned_, rank(0).moving_frame.turned.data(), sizeof turned_);
   queue.sync();
   return status;
 }

@@ -10,6 +10,7 @@
 #include "host/implicit/linear/krylov_vectors.hpp"
 #include "host/implicit/linear/line_search_vectors.hpp"
 #include "host/implicit/linear/mesh_matrix.hpp"
+#include "host/implicit/linear/moving_frame_buffers.hpp"
 #include "host/implicit/linear/pipelined_solve.hpp"
 #include "host/implicit/linear/plate_operator.hpp"
 #include "host/implicit/linear/preconditioner_buffers.hpp"
@@ -70,8 +71,7 @@ class LinearSystem {
   Buffer<Vec3<T>>& iterate_positions(int r) { return rank(r).iterate_positions; }
   Buffer<Vec3<T>>& iterate_velocities(int r) { return rank(r).iterate_velocities; }
   /// The same for Linearisation::moved.
-  Buffer<Vec3<T>>& turned_positions(int r) { return rank(r).turned_positions; }
-  Buffer<Vec3<T>>& turned_velocities(int r) { return rank(r).turned_velocities; }
+  MovingFrameBuffers<T>& moving_frame(int r) { return rank(r).moving_frame; }
 
   /// Sets the fixed vertices of systems assembled from now on. Triangles with three fixed corners
   /// add no bending energy. Waits for the ranks if these vertices change.
@@ -146,6 +146,8 @@ class LinearSystem {
 
   /// Outcome of the latest solve. Waits for rank 0.
   SolveStatus status();
+  /// Whether moving_frame() had any component turned at the latest status().
+  bool turned() const noexcept { return turned_ != 0; }
 
  private:
   /// Data of a rank's rows.
@@ -158,7 +160,7 @@ class LinearSystem {
     PreconditionerBuffers<T> preconditioner;
     KrylovVectors<T> krylov;
     Buffer<Vec3<T>> iterate_positions, iterate_velocities;
-    Buffer<Vec3<T>> turned_positions, turned_velocities;  ///< see IntegrateMovingFrame
+    MovingFrameBuffers<T> moving_frame;
     LineSearchVectors<T> line;
     StepEnergyBuffers<T> energy;
   };
@@ -190,6 +192,7 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< source of the ranks' plate rows
   TrackedSystem* tracked_ = nullptr;
+  std::int32_t turned_ = 0;
   HeldComponents<T> held_;
   /// [ranks] of the latest ask_row_work()
   std::vector<typename ContactBuffers<T>::Counts> contact_counts_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
@@ -8,13 +10,16 @@
 
 namespace weft {
 
+/// [rad] Rotations that are left to the solve: it takes them for strains below 1e-6.
+constexpr double moving_frame_angle_min = 1e-3;
+
 /// Vertices of a component of cloth whose mean motion is taken for that of the piece as a whole.
 constexpr int moving_frame_samples = 16;
 
 /// First iterate of the linearly implicit step: every component of cloth where it starts, moved
 /// along as a rigid body by its mean velocity V and, if that is most of what its samples move
-/// otherwise, its mean angular velocity w about their centre c: x_k = c + R (x_n - c) + dt V, with
-/// R Cayley's rotation by some dt w.
+/// otherwise and it meets nothing else, its mean angular velocity w about their centre c:
+/// x_k = c + R (x_n - c) + dt V, with R Cayley's rotation by some dt w.
 ///
 /// No element sees a translation, so that the solution about x_k is that about c + R (x_n - c); but
 /// it is v_{n+1} - v_k that is solved for. Its differences between neighbours would be rounded in
@@ -22,24 +27,24 @@ constexpr int moving_frame_samples = 16;
 /// than their weight. A linear system about x_n itself takes a rotation by an angle a for a strain
 /// of a^2 / 2, which stiff cloth takes back in the next step: sheets that spin lose several times
 /// the energy that they lose with implicit Euler.
-/// Reads: positions and velocities of the samples and of its own vertex. Writes: own vertex.
+/// Reads: positions and velocities of the samples and of its own vertex. Writes: own vertex, flag.
 /// Order: samples in their order. Ghosts: none (every rank does all vertices). Flags: none.
 template <class T>
 struct IntegrateMovingFrame {
-  /// [rad] Smaller rotations are left to the solve: it takes them for strains below 1e-6.
-  static constexpr T angle_min = T(1e-3);
-
   Span<const Vec3<T>> positions;          ///< [all cloth vertices] [m] x_n
   Span<const Vec3<T>> velocities;         ///< [all cloth vertices] [m/s] v_n
   Span<const Index> component_of_vertex;  ///< [cloth vertices]
   Span<const Index> sample;               ///< [moving_frame_samples * pieces] vertices
+  Span<const Index> meets;                ///< [pieces] 1: does not turn; empty: all may
   T dt;                                   ///< [s]
+  T angle_min;                            ///< [rad] components turn by more in dt, or not at all
   Index begin = 0;                        ///< first vertex
   Span<Vec3<T>> turned_positions;         ///< [cloth vertices] [m] x_k - dt V
   Span<Vec3<T>> iterate_positions;        ///< [cloth vertices] [m] x_k
   Span<Vec3<T>> iterate_velocities;       ///< [cloth vertices] [m/s] (x_k - x_n) / dt
   /// [cloth vertices] [m/s] the same and, turned by R, what the vertex has beyond V + w x (x_n - c)
   Span<Vec3<T>> turned_velocities;
+  Span<std::int32_t> turned;  ///< [1] is set to 1 if any vertex turns
 
   WEFT_HD Index count() const noexcept { return static_cast<Index>(component_of_vertex.size()); }
 
@@ -61,13 +66,15 @@ struct IntegrateMovingFrame {
     iterate_positions[v] = x + dt * drift;
     iterate_velocities[v] = drift;
     turned_velocities[v] = start;
+    if (!meets.empty() && meets[static_cast<std::size_t>(component_of_vertex[v])] != 0) return;
     const Vec3<T> spin = angular_velocity(first, centre, drift);
     if (!(dt * length(spin) > angle_min)) return;
+    turned[0] = 1;
     const Vec3<T> arm = x - centre;
-    const Vec3<T> turned = turn(arm, spin);
-    turned_positions[v] = centre + turned;
+    const Vec3<T> turned_arm = turn(arm, spin);
+    turned_positions[v] = centre + turned_arm;
     iterate_positions[v] = turned_positions[v] + dt * drift;
-    iterate_velocities[v] = drift + (T(1) / dt) * (turned - arm);
+    iterate_velocities[v] = drift + (T(1) / dt) * (turned_arm - arm);
     turned_velocities[v] = iterate_velocities[v] + turn(start - drift - cross(spin, arm), spin);
   }
 

@@ -278,7 +278,7 @@ Outcome validate_frame(const Frame& frame, const std::vector<std::string>& allow
     Vec3<double> origin{0, 0, 0};
     const std::optional<Mesh> cloth = frame.sequence
                                           ? read(frame, obstacles, origin, outcome)
-                                          : read(frame.cloth, io::Uv::material, allowed, outcome);
+                                          : read(frame.cloth, io::Uv::where_all, allowed, outcome);
     std::optional<Mesh> displaced;
     if (!frame.displaced.empty())
       displaced = read(frame.displaced, io::Uv::ignore, allowed, outcome);

@@ -340,7 +340,7 @@ void convert(const ConvertRequest& request) {
                      ".obj, .ply, .pc2, .usda, .glb, or .json for a scene");
   refuse_pattern_options(request);
   refuse_several(request);
-  const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
+  const auto sequence = io::open_sequence(request.input, io::Uv::where_some, request.allowed);
   const auto places = chosen_places(*sequence, request);
   make_folder_of(request.output);
   if (to == ".pc2")

@@ -145,7 +145,7 @@ class MeshReader {
     left_handed_ = prim_.left_handed != prim_.placement.mirrors();
     add_fans(mesh_.triangles, corners_);
     add_labels();
-    if (uv == Uv::material && !prim_.st.samples.empty()) read_material();
+    if ((uv == Uv::material || uv == Uv::where_some) && !prim_.st.samples.empty()) read_material();
     return std::move(mesh_);
   }
 

@@ -212,6 +212,14 @@ TEST(Obj, TakesUvOfSomeFacesForNoneWhereThatWillDo) {
   EXPECT_TRUE(mesh.material.empty());
   EXPECT_TRUE(mesh.material_triangles.empty());
   EXPECT_THROW(parse_obj(mixed, "a.obj", Uv::material), SceneError);
+  Mesh some = parse_obj(mixed, "a.obj", Uv::where_some);
+  EXPECT_EQ(some.material.size(), 3u);
+  ASSERT_EQ(some.material_triangles.size(), 2u);
+  EXPECT_EQ(some.material_triangles[0].v[2], 2);
+  EXPECT_EQ(some.material_triangles[1].v[2], -1);
+  drop_incomplete_material(some);
+  EXPECT_TRUE(some.material.empty());
+  EXPECT_TRUE(some.material_triangles.empty());
 }
 
 TEST(Obj, GroupsOfFaces) {

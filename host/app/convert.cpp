@@ -21,6 +21,7 @@
 #include "host/base/file_bytes.hpp"
 #include "host/base/file_extension.hpp"
 #include "host/base/temporary_file.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/arcsim/arcsim_scene.hpp"
@@ -298,7 +299,7 @@ void refuse_pattern_options(const ConvertRequest& request) {
 /// @throws SceneError if there are several inputs, which only sewing patterns may be
 void refuse_several(const ConvertRequest& request) {
   if (request.files.size() > 2)
-    throw SceneError("", "IN", std::to_string(request.files.size() - 1) + " files",
+    throw SceneError("", "IN", counted(request.files.size() - 1, "file"),
                      "one, or several sewing patterns of GarmentCode (.json)");
 }
 

@@ -18,6 +18,8 @@
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/seam_verdict.hpp"
 #include "host/base/atomic_file.hpp"
+#include "host/input/counted.hpp"
+#include "host/input/safe_text.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 
@@ -365,19 +367,20 @@ void SceneRun::print_rest() const {
   if (simulation_.scene().time.until != RunUntil::rest) return;
   const RestState rest = simulation_.rest();
   if (rest.rested)
-    show(stdout, "rested at {:.6g} s, after {} frames\n", simulation_.time(),
-         simulation_.frame_number());
+    show(stdout, "rested at {:.6g} s, after {}\n", simulation_.time(),
+         counted(simulation_.frame_number(), "frame"));
   else
-    show(stdout, "did not rest within {} frames: {:.3g} % of the vertices move, {:.3g} % may\n",
-         simulation_.frame_number(), 100 * rest.moving_share, 100 * moving_share_max);
+    show(stdout, "did not rest within {}: {:.3g} % of the vertices move, {:.3g} % may\n",
+         counted(simulation_.frame_number(), "frame"), 100 * rest.moving_share,
+         100 * moving_share_max);
 }
 
 void SceneRun::print_summary(bool preview) const {
   const double simulated = simulation_.time();
-  show(stdout, "{}{} frames in {}{}; {} steps, {:.3g} wall s per simulated s, state {}\n",
-       frames_.only_last() ? "the last of " : "", simulation_.frame_number(),
+  show(stdout, "{}{} in {}{}; {}, {:.3g} wall s per simulated s, state {}\n",
+       frames_.only_last() ? "the last of " : "", counted(simulation_.frame_number(), "frame"),
        directory_.frames().string(), preview ? ", preview " + directory_.preview().string() : "",
-       simulation_.step_number(), simulated > 0 ? totals_.wall / simulated : 0.0,
+       counted(simulation_.step_number(), "step"), simulated > 0 ? totals_.wall / simulated : 0.0,
        hash_text(simulation_.state_hash()));
 }
 

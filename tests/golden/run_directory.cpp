@@ -56,7 +56,7 @@ TEST_F(RunDirectoryTest, ASecondRunIsRefusedByName) {
     EXPECT_EQ(line_count(err_), 1) << err_;
     EXPECT_EQ(err_.find("weft: a: -o: a directory that "), 0u) << err_;
     if (more.empty()) continue;  // the run that it holds is reason enough
-    EXPECT_NE(err_.find("process " + std::to_string(first) + ","), std::string::npos) << err_;
+    EXPECT_NE(err_.find("process " + std::to_string(first) + ";"), std::string::npos) << err_;
   }
   ::kill(first, SIGTERM);
   EXPECT_EQ(wait(first), 130) << err_;

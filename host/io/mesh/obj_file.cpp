@@ -72,6 +72,8 @@ class ObjReader {
   ObjReader(const std::string& file, Uv uv) : file_(file), uv_(uv) {}
 
   Mesh read(std::string_view bytes) {
+    constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+    if (bytes.starts_with(byte_order_mark)) bytes.remove_prefix(byte_order_mark.size());
     while (!bytes.empty()) {
       ++line_number_;
       const std::size_t end = std::min(bytes.find('\n'), bytes.size());

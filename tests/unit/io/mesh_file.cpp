@@ -204,6 +204,12 @@ TEST(Obj, SeamsGiveCornersOfTheirOwnUnlessUvAreIgnored) {
   EXPECT_TRUE(ignored.material_triangles.empty());
 }
 
+TEST(Obj, MayBeginWithAByteOrderMark) {
+  EXPECT_EQ(parse_obj("\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a.obj", Uv::material)
+                .positions.size(),
+            3u);
+}
+
 TEST(Obj, TakesUvOfSomeFacesForNoneWhereThatWillDo) {
   const char* mixed =
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 1 3 4\n";

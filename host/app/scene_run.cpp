@@ -34,18 +34,19 @@ struct Origin {
   fs::path file;
   bool same_directory = false;
   bool renumbered = false;  ///< its steps and frames have other numbers than those of this run
+  std::vector<std::string> warnings{};  ///< to be said once the run goes on
 };
 
-/// Resumes from a checkpoint; with --resume-changed from that of another scene too, and says what
-/// differs.
-/// @return whether steps and frames are numbered otherwise
-bool resume_from(Simulation& simulation, const fs::path& file, const RunRequest& request) {
+/// Resumes from a checkpoint; with --resume-changed from that of another scene too.
+Origin resume_from(Simulation& simulation, const fs::path& file, const RunRequest& request) {
   const auto changes =
       simulation.resume(file, request.resume_changed ? SceneChanges::allow : SceneChanges::refuse);
-  for (const std::string& change : changes)
-    show(stderr, "weft: warning: {}: resumed although {}\n", file.string(), change);
-  return std::any_of(changes.begin(), changes.end(),
-                     [](const std::string& change) { return change.starts_with("time."); });
+  Origin origin{file};
+  for (const std::string& change : changes) {
+    origin.warnings.push_back(file.string() + ": resumed although " + change);
+    origin.renumbered = origin.renumbered || change.starts_with("time.");
+  }
+  return origin;
 }
 
 /// Takes over the newest checkpoint that is whole.
@@ -59,10 +60,12 @@ Origin resume_latest(Simulation& simulation, const RunDirectory& directory,
   std::optional<SceneError> first;
   for (const auto& file : files) {
     try {
-      const bool renumbered = resume_from(simulation, file, request);
+      Origin origin = resume_from(simulation, file, request);
+      origin.same_directory = true;
       if (first)
-        show(stderr, "weft: warning: {}; resuming from {}\n", first->what(), file.string());
-      return {file, true, renumbered};
+        origin.warnings.push_back(
+            fmt::format("{}; resuming from {}", first->what(), file.string()));
+      return origin;
     } catch (const SceneError& error) {
       if (!first) first = error;
     }
@@ -95,8 +98,7 @@ void SceneRun::begin_from_checkpoint() {
   if (request_.resume == "latest") {
     origin = resume_latest(simulation_, directory_, request_);
   } else {
-    origin.file = request_.resume;
-    origin.renumbered = resume_from(simulation_, origin.file, request_);
+    origin = resume_from(simulation_, request_.resume, request_);
     std::error_code error;
     origin.same_directory =
         fs::equivalent(fs::absolute(origin.file).parent_path(), directory_.path(), error);
@@ -105,6 +107,11 @@ void SceneRun::begin_from_checkpoint() {
     throw SceneError("", "--resume-changed",
                      "another time step or frame rate in the same directory",
                      "another directory, with -o: frames and steps have other numbers now");
+  if (const int frames = simulation_.scene().time.frames; simulation_.frame_number() > frames)
+    throw SceneError("", request_.frames.empty() ? "time.frames" : "--frames",
+                     std::to_string(frames),
+                     fmt::format("at least {}, as many frames as {} has",
+                                 simulation_.frame_number(), origin.file.string()));
   const fs::path steps = fs::absolute(origin.file).parent_path() / "steps.jsonl";
   const std::string kept = origin.renumbered ? ""
                                              : read_steps(steps, simulation_.step_number(),
@@ -114,13 +121,13 @@ void SceneRun::begin_from_checkpoint() {
                                                           });
   if (origin.renumbered || request_.resume_changed) balance_.restart(simulation_.energy());
   if (totals_.steps < simulation_.step_number())
-    fmt::print(
-        stderr,
-        "weft: warning: {} lacks {} of the {} steps before the checkpoint; the report leaves "
-        "them out\n",
-        steps.string(), simulation_.step_number() - totals_.steps, simulation_.step_number());
+    origin.warnings.push_back(fmt::format(
+        "{} lacks {} of the {} before the checkpoint; the report leaves them out", steps.string(),
+        simulation_.step_number() - totals_.steps, counted(simulation_.step_number(), "step")));
   if (!origin.same_directory && !request_.overwrite) directory_.refuse_run();
   make_directory();
+  for (const std::string& warning : origin.warnings)
+    show(stderr, "weft: warning: {}\n", one_line(warning));
   if (origin.same_directory) {
     directory_.clear_after(simulation_.frame_number(), origin.file);
     frames_.keep_until(simulation_.frame_number());

@@ -21,10 +21,12 @@
 
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/run_directory.hpp"
+#include "host/app/run/run_output.hpp"
 #include "host/app/run/sewn_scene.hpp"
 #include "host/app/worn_check.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/base/file_operations.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/mesh/mesh_file.hpp"
@@ -192,9 +194,9 @@ std::vector<Frame> frames_of(const CheckRequest& request) {
 }
 
 /// Whether a reader's complaint is about a NaN or an infinity as the value.
-/// @param message "FILE: field: value is not allowed; allowed: ..."
+/// @param message "FILE: field: value; allowed: ..."
 bool about_nonfinite(const std::string& message, const fs::path& file) {
-  std::string value = message.substr(0, message.find(" is not allowed"));
+  std::string value = message.substr(0, message.find("; allowed: "));
   if (value.starts_with(file.string())) value.erase(0, file.string().size());
   static const std::regex word(R"((^|[^a-z])(nan|inf|infinity)([^a-z]|$))", std::regex::icase);
   return std::regex_search(value, word);
@@ -256,7 +258,7 @@ DisplacedBody farthest_displaced(const std::vector<NamedMesh>& prescribed,
       places.assign(all.positions.begin() + static_cast<std::ptrdiff_t>(first),
                     all.positions.begin() + static_cast<std::ptrdiff_t>(first + count));
     if (places.size() != count)
-      throw SceneError(file.string(), body.name, std::to_string(count) + " vertices",
+      throw SceneError(file.string(), body.name, counted(count, "vertex"),
                        "the vertices of the frame's obstacle");
     const double distance = largest_distance(places, body.mesh.positions);
     if (distance > farthest.distance) farthest = {body.name, distance};
@@ -278,7 +280,7 @@ Outcome validate_frame(const Frame& frame, const std::vector<std::string>& allow
     Vec3<double> origin{0, 0, 0};
     const std::optional<Mesh> cloth = frame.sequence
                                           ? read(frame, obstacles, origin, outcome)
-                                          : read(frame.cloth, io::Uv::material, allowed, outcome);
+                                          : read(frame.cloth, io::Uv::where_all, allowed, outcome);
     std::optional<Mesh> displaced;
     if (!frame.displaced.empty())
       displaced = read(frame.displaced, io::Uv::ignore, allowed, outcome);
@@ -330,7 +332,7 @@ constexpr std::size_t shown = 5;  // findings of a kind spelled out in a line
 std::string describe_pairs(const FrameVerdict& v, lab::PairKind kind, std::int64_t count,
                            const char* name) {
   if (count == 0) return {};
-  std::string text = fmt::format("; {} {} intersection{}:", count, name, count == 1 ? "" : "s");
+  std::string text = fmt::format("; {} {} {}:", count, name, noun_for(count, "intersection"));
   std::size_t listed = 0;
   for (const auto& pair : v.pairs)
     if (pair.kind == kind && listed < shown) {
@@ -431,10 +433,10 @@ void warn_of_displaced(const std::vector<Frame>& frames, const std::vector<Outco
   const DisplacedBody& body = outcomes[worst].farthest;
   const std::size_t others = summary.only_against_displaced - 1;
   // Names come from files that a stranger may have written.
-  const std::string text = fmt::format(
-      "{}: clean only against {} where cloth displaced it, by {:.4g} m{}",
-      frames[worst].cloth.string(), body.name, body.distance,
-      others == 0 ? "" : fmt::format("; {} more such frame{}", others, others == 1 ? "" : "s"));
+  const std::string text =
+      fmt::format("{}: clean only against {} where cloth displaced it, by {:.4g} m{}",
+                  frames[worst].cloth.string(), body.name, body.distance,
+                  others == 0 ? "" : "; " + counted(others, "more such frame"));
   fmt::print(stderr, "weft: warning: {}\n", one_line(text));
 }
 
@@ -482,14 +484,13 @@ int run(const CheckRequest& request) {
 
   const Summary summary = summarize(outcomes);
   if (text)
-    fmt::print(
-        "{} frame{} checked: {} clean, {}{} with findings, {} unreadable; {} intersections\n",
-        summary.frames, summary.frames == 1 ? "" : "s", summary.clean,
-        summary.only_against_displaced == 0
-            ? ""
-            : fmt::format("{} clean only against displaced bodies, ",
-                          summary.only_against_displaced),
-        summary.bad, summary.unreadable, summary.intersections);
+    fmt::print("{} checked: {} clean, {}{} with findings, {} unreadable; {}\n",
+               counted(summary.frames, "frame"), summary.clean,
+               summary.only_against_displaced == 0
+                   ? ""
+                   : fmt::format("{} clean only against displaced bodies, ",
+                                 summary.only_against_displaced),
+               summary.bad, summary.unreadable, counted(summary.intersections, "intersection"));
   if (text && !request.no_self &&
       std::any_of(frames.begin(), frames.end(), [](const Frame& f) { return !f.options.self; }))
     fmt::print("contact.self is false in the scene: cloth against cloth was left out\n");
@@ -519,9 +520,10 @@ int run(const CheckRequest& request) {
 void settle_json(CheckRequest& request) {
   const std::string value = std::exchange(request.json_file, {});
   if (value.empty() || value == no_value) return;
-  if (fs::path(value).extension() == ".json")
+  if (fs::path(value).extension() == ".json") {
+    refuse_unwritable(value, "--json");
     request.json_file = value;
-  else if (fs::exists(value))
+  } else if (fs::exists(value))
     request.inputs.push_back(value);
   else
     throw SceneError("", "--json", value, "a file name that ends in .json");

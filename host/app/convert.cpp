@@ -21,6 +21,7 @@
 #include "host/base/file_bytes.hpp"
 #include "host/base/file_extension.hpp"
 #include "host/base/temporary_file.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/arcsim/arcsim_scene.hpp"
@@ -163,6 +164,36 @@ class Frames {
   std::vector<std::size_t> counts_;  ///< [cloths] vertices
 };
 
+/// Whether two names are of one file that is there.
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error) && !error;
+}
+
+fs::path folder_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+/// @throws SceneError if the output would replace an input, or a frame of one
+void refuse_replacing_input(const fs::path& output, const ConvertRequest& request) {
+  const std::string name = output.filename().string();
+  const auto replaces = [&](const fs::path& input) {
+    if (!is_there(output)) return false;
+    if (same_file(output, input)) return true;
+    if (is_folder(input)) {
+      const fs::path frames = is_folder(input / "frames") ? input / "frames" : input;
+      return same_file(folder_of(output), frames) &&
+             (name.starts_with("cloth") || name.starts_with("obstacle") ||
+              name.starts_with("animation"));
+    }
+    if (lower_extension(input) == ".json") return false;
+    return io::NumberedName(input.filename().string()).number_in(name) >= 0 &&
+           same_file(folder_of(output), folder_of(input));
+  };
+  if (std::any_of(request.files.begin(), request.files.end() - 1, replaces))
+    throw SceneError(output.string(), "OUT", "the input", "another file");
+}
+
 std::vector<NamedMesh> all_of(FrameMeshes meshes) {
   std::vector<NamedMesh> all = std::move(meshes.cloths);
   for (NamedMesh& mesh : meshes.obstacles) all.push_back(std::move(mesh));
@@ -179,11 +210,15 @@ void convert_to_meshes(const MeshSequence& sequence, const std::vector<std::size
                      "a name with a place for the frame's number, such as " +
                          output.stem().string() + "_%05d" + output.extension().string() +
                          ", or --frame N");
+  const auto file_of = [&](std::size_t place) {
+    return output.parent_path() / name.with(sequence.frames()[place]);
+  };
+  for (const std::size_t place : places) refuse_replacing_input(file_of(place), request);
   const Frames frames(sequence, places, request);
   io::SeamEdges seams;
   for (const std::size_t place : places) {
     const auto meshes = all_of(io::in_world(frames.read(place, &seams)));
-    const fs::path file = output.parent_path() / name.with(sequence.frames()[place]);
+    const fs::path file = file_of(place);
     if (lower_extension(output) == ".ply")
       io::write_ply(file, meshes, Precision::double_precision, io::Normals::vertex, seams);
     else
@@ -202,12 +237,6 @@ fs::path cache_name(const fs::path& output, const std::string& mesh, bool only_o
   for (int k = 2; !taken.insert(file).second; ++k)
     file = output.parent_path() / (stem + "_" + std::to_string(k) + ending);
   return file;
-}
-
-/// Whether two names are of one file that is there.
-bool same_file(const fs::path& a, const fs::path& b) {
-  std::error_code error;
-  return fs::equivalent(a, b, error) && !error;
 }
 
 void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size_t>& places,
@@ -235,8 +264,7 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
     const auto meshes = all_of(std::move(frame));
     for (std::size_t m = 0; caches.size() < meshes.size() && m < meshes.size(); ++m) {
       const fs::path file = cache_name(request.output, meshes[m].name, meshes.size() == 1, taken);
-      if (same_file(file, request.input))
-        throw SceneError(request.output, "OUT", "the input", "another file");
+      refuse_replacing_input(file, request);
       fs::path topology = file;
       topology.replace_extension(".obj");
       io::write_cache_origin(file, *origin);
@@ -298,7 +326,7 @@ void refuse_pattern_options(const ConvertRequest& request) {
 /// @throws SceneError if there are several inputs, which only sewing patterns may be
 void refuse_several(const ConvertRequest& request) {
   if (request.files.size() > 2)
-    throw SceneError("", "IN", std::to_string(request.files.size() - 1) + " files",
+    throw SceneError("", "IN", counted(request.files.size() - 1, "file"),
                      "one, or several sewing patterns of GarmentCode (.json)");
 }
 
@@ -334,13 +362,14 @@ void convert_scene(const ConvertRequest& request) {
 
 void convert(const ConvertRequest& request) {
   const std::string to = lower_extension(request.output);
+  refuse_replacing_input(request.output, request);
   if (to == ".json") return convert_scene(request);
   if (to != ".obj" && to != ".ply" && to != ".pc2" && to != ".usda" && to != ".glb")
     throw SceneError(request.output, "format", "\"" + to + "\"",
                      ".obj, .ply, .pc2, .usda, .glb, or .json for a scene");
   refuse_pattern_options(request);
   refuse_several(request);
-  const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
+  const auto sequence = io::open_sequence(request.input, io::Uv::where_some, request.allowed);
   const auto places = chosen_places(*sequence, request);
   make_folder_of(request.output);
   if (to == ".pc2")

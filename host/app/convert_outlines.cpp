@@ -11,6 +11,7 @@
 
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_operations.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/readable_folders.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/pattern/edge_curve.hpp"
@@ -24,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 void print_panel(const io::PatternPanel& panel) {
-  fmt::print("{}: {} edges{}\n", one_line(panel.name), panel.edges.size(),
+  fmt::print("{}: {}{}\n", one_line(panel.name), counted(panel.edges.size(), "edge"),
              panel.grain == Vec2<double>{0, 0} ? "" : ", with a grain line");
   for (std::size_t e = 0; e < panel.edges.size(); ++e) {
     const io::PatternEdge& edge = panel.edges[e];
@@ -59,7 +60,7 @@ void convert_outlines(const std::string& input, const std::string& output) {
         {"stitches", nlohmann::json::array()}}},
       {"properties", {{"units_in_meter", 100}}}};
   write_file_atomically(target, pattern.dump(1) + "\n");
-  fmt::print("{}: {} panels; add stitches and places\n", one_line(output), names.size());
+  fmt::print("{}: {}; add stitches and places\n", one_line(output), counted(names.size(), "panel"));
 }
 
 }  // namespace weft::app

@@ -11,6 +11,7 @@
 #include "host/app/new/mesh_guess.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/json/json_fields.hpp"
 #include "host/io/mesh/mesh_file.hpp"
@@ -146,8 +147,8 @@ std::vector<std::string> convert_patterns(const PatternRequest& request) {
     triangles += input.garment.mesh.triangles.size();
   }
   scene.name = cloth_name(inputs.size() == 1 ? inputs.front().entry.name : stem);
-  scene.description = one_line(
-      fmt::format("{} panels from {}, edges of {:.3g} mm", panels, files, 1000 * request.edge));
+  scene.description = one_line(fmt::format("{} from {}, edges of {:.3g} mm",
+                                           counted(panels, "panel"), files, 1000 * request.edge));
   if (!request.body.empty()) {
     scene.body_file = stem + "_body.obj";
     refuse_own_copy(folder / scene.body_file, request.body, "--body");
@@ -160,8 +161,8 @@ std::vector<std::string> convert_patterns(const PatternRequest& request) {
   for (const Input& input : inputs)
     io::copy_pattern(input.document, input.file, folder / input.entry.pattern_file);
   write_file_atomically(output, io::garment_scene(scene).dump(1) + "\n");
-  fmt::print("{}: {} panels, {} stitches, {} triangles\n", one_line(request.output), panels,
-             stitches, triangles);
+  fmt::print("{}: {}, {}, {}\n", one_line(request.output), counted(panels, "panel"),
+             counted(stitches, "stitch"), counted(triangles, "triangle"));
   for (const Input& input : inputs)
     for (const io::HeldLabel& held : input.entry.held)
       fmt::print("{}: edges labelled {} are held {}, see \"attach\" in the scene\n",

@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstddef>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -23,8 +25,8 @@
 #include "host/app/run.hpp"
 #include "host/app/time_parallel/slice_process.hpp"
 #include "host/app/view/view.hpp"
+#include "host/input/nearest_word.hpp"
 #include "host/input/safe_text.hpp"
-#include "host/io/json/json_fields.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -90,9 +92,37 @@ std::string unexpected_word(const CLI::App& app) {
     for (const CLI::Option* o : subcommand->get_options())
       for (const std::string& known_name : o->get_lnames()) known.push_back("--" + known_name);
     return fmt::format("{0}: {1} is not expected{2}; see weft {0} --help", subcommand->get_name(),
-                       word, weft::io::did_you_mean(name, known));
+                       word, weft::did_you_mean(name, known));
   }
   return "there are words too many; see weft --help";
+}
+
+/// What is wrong with the words, and where to read more.
+std::string parse_message(const CLI::App& app, const CLI::ParseError& error) {
+  const auto chosen = app.get_subcommands();
+  return fmt::format("{}; see weft {}--help", error.what(),
+                     chosen.empty() ? "" : chosen.front()->get_name() + " ");
+}
+
+/// Output that nobody got is no success.
+int flush_output() {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+  return fail(
+      fmt::format("standard output: cannot write: {}", std::strerror(errno != 0 ? errno : EIO)),
+      bad_input);
+}
+
+/// An empty value, as a script with an unset variable gives it, is never meant.
+void refuse_empty_values(CLI::App& app) {
+  const CLI::Validator filled(
+      [](const std::string& value) {
+        return std::string(value.empty() ? "nothing; allowed: a value" : "");
+      },
+      "");
+  for (CLI::App* subcommand : app.get_subcommands(nullptr))
+    for (CLI::Option* option : subcommand->get_options())
+      if (option->get_items_expected_max() > 0) option->check(filled);
 }
 
 /// Whether the first word should be a subcommand and is none.
@@ -133,21 +163,24 @@ int main(int argc, char** argv) {
   weft::app::add_view_subcommand(app, exit_code);
   weft::app::add_info_subcommand(app, exit_code);
   weft::app::add_manual_subcommand(app, exit_code);
+  refuse_empty_values(app);
   try {
     std::vector<std::string> words = words_of(argc, argv);
     if (unknown_subcommand(app, words))
-      return fail(fmt::format("subcommand: {} is not allowed; allowed: {}{}", words[0],
+      return fail(fmt::format("subcommand: {}; allowed: {}{}", words[0],
                               fmt::join(subcommands_of(app), ", "),
-                              weft::io::did_you_mean(words[0], subcommands_of(app))),
+                              weft::did_you_mean(words[0], subcommands_of(app))),
                   bad_input);
     std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
     app.parse(words);
-    return exit_code;
+    // What a run is for is in its directory.
+    return exit_code != 0 || app.got_subcommand("run") ? exit_code : flush_output();
   } catch (const CLI::ExtrasError&) {
     return fail(unexpected_word(app), bad_input);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    return fail(fmt::format("{}; see weft --help", error.what()), bad_input);
+    if (error.get_exit_code() != 0) return fail(parse_message(app, error), bad_input);
+    app.exit(error);
+    return flush_output();
   } catch (const weft::SceneError& error) {
     return fail(error.what(), bad_input);
   } catch (const weft::DeviceError& error) {

@@ -4,14 +4,17 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "host/app/chart/accuracy_target.hpp"
 #include "host/app/process/show.hpp"
 #include "host/app/process/stop_signal.hpp"
+#include "host/app/run/number_range.hpp"
 #include "host/app/run/run_directory.hpp"
 #include "host/app/run/run_end.hpp"
 #include "host/app/run/run_lock.hpp"
@@ -50,6 +53,8 @@ int run_scene(const RunRequest& request) {
   listen_for_signals();
   const TimeLimit limit(request.time_limit);
   refuse_unwritable(request.report, "--report");
+  if (std::error_code error; std::filesystem::equivalent(request.report, request.scene, error))
+    throw SceneError("", "--report", "the scene", "another file");
   if (request.resume_changed && request.resume.empty())
     throw SceneError("", "--resume-changed", "without --resume", "--resume with it");
   io::SceneFile file = io::read_scene_file(request.scene, all_overrides(request), request.allowed,
@@ -117,7 +122,7 @@ void add_run_subcommand(CLI::App& app, int& exit_code) {
       ->add_option("--time-limit", request->time_limit,
                    "Stop after so many seconds of wall time, as a signal would, with a checkpoint")
       ->type_name("SECONDS")
-      ->check(CLI::Range(1e-3, 1e9));
+      ->check(number_range(1e-3, 1e9));
   auto* live =
       subcommand
           ->add_option("--live", request->live_port,
@@ -126,14 +131,14 @@ void add_run_subcommand(CLI::App& app, int& exit_code) {
           ->type_name("[PORT]")
           ->expected(0, 1)
           ->default_str("0")
-          ->check(CLI::Range(0, 65535));
+          ->check(whole_number_range(0, 65535));
   subcommand->add_option("--report", request->report, "Write the report to this file too")
       ->type_name("FILE");
   subcommand
       ->add_option("--workers", request->workers,
                    "time_parallel: slices of time that are simulated at once")
       ->type_name("N")
-      ->check(CLI::Range(1, 1000000));
+      ->check(whole_number_range(1, 1000000));
   subcommand
       ->add_option("--partition", request->schedule,
                    "time_parallel: where slices begin, as an earlier run wrote it")

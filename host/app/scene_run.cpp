@@ -18,6 +18,8 @@
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/seam_verdict.hpp"
 #include "host/base/atomic_file.hpp"
+#include "host/input/counted.hpp"
+#include "host/input/safe_text.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 
@@ -32,18 +34,19 @@ struct Origin {
   fs::path file;
   bool same_directory = false;
   bool renumbered = false;  ///< its steps and frames have other numbers than those of this run
+  std::vector<std::string> warnings{};  ///< to be said once the run goes on
 };
 
-/// Resumes from a checkpoint; with --resume-changed from that of another scene too, and says what
-/// differs.
-/// @return whether steps and frames are numbered otherwise
-bool resume_from(Simulation& simulation, const fs::path& file, const RunRequest& request) {
+/// Resumes from a checkpoint; with --resume-changed from that of another scene too.
+Origin resume_from(Simulation& simulation, const fs::path& file, const RunRequest& request) {
   const auto changes =
       simulation.resume(file, request.resume_changed ? SceneChanges::allow : SceneChanges::refuse);
-  for (const std::string& change : changes)
-    show(stderr, "weft: warning: {}: resumed although {}\n", file.string(), change);
-  return std::any_of(changes.begin(), changes.end(),
-                     [](const std::string& change) { return change.starts_with("time."); });
+  Origin origin{file};
+  for (const std::string& change : changes) {
+    origin.warnings.push_back(file.string() + ": resumed although " + change);
+    origin.renumbered = origin.renumbered || change.starts_with("time.");
+  }
+  return origin;
 }
 
 /// Takes over the newest checkpoint that is whole.
@@ -57,10 +60,12 @@ Origin resume_latest(Simulation& simulation, const RunDirectory& directory,
   std::optional<SceneError> first;
   for (const auto& file : files) {
     try {
-      const bool renumbered = resume_from(simulation, file, request);
+      Origin origin = resume_from(simulation, file, request);
+      origin.same_directory = true;
       if (first)
-        show(stderr, "weft: warning: {}; resuming from {}\n", first->what(), file.string());
-      return {file, true, renumbered};
+        origin.warnings.push_back(
+            fmt::format("{}; resuming from {}", first->what(), file.string()));
+      return origin;
     } catch (const SceneError& error) {
       if (!first) first = error;
     }
@@ -93,8 +98,7 @@ void SceneRun::begin_from_checkpoint() {
   if (request_.resume == "latest") {
     origin = resume_latest(simulation_, directory_, request_);
   } else {
-    origin.file = request_.resume;
-    origin.renumbered = resume_from(simulation_, origin.file, request_);
+    origin = resume_from(simulation_, request_.resume, request_);
     std::error_code error;
     origin.same_directory =
         fs::equivalent(fs::absolute(origin.file).parent_path(), directory_.path(), error);
@@ -103,6 +107,11 @@ void SceneRun::begin_from_checkpoint() {
     throw SceneError("", "--resume-changed",
                      "another time step or frame rate in the same directory",
                      "another directory, with -o: frames and steps have other numbers now");
+  if (const int frames = simulation_.scene().time.frames; simulation_.frame_number() > frames)
+    throw SceneError("", request_.frames.empty() ? "time.frames" : "--frames",
+                     std::to_string(frames),
+                     fmt::format("at least {}, as many frames as {} has",
+                                 simulation_.frame_number(), origin.file.string()));
   const fs::path steps = fs::absolute(origin.file).parent_path() / "steps.jsonl";
   const std::string kept = origin.renumbered ? ""
                                              : read_steps(steps, simulation_.step_number(),
@@ -112,13 +121,13 @@ void SceneRun::begin_from_checkpoint() {
                                                           });
   if (origin.renumbered || request_.resume_changed) balance_.restart(simulation_.energy());
   if (totals_.steps < simulation_.step_number())
-    fmt::print(
-        stderr,
-        "weft: warning: {} lacks {} of the {} steps before the checkpoint; the report leaves "
-        "them out\n",
-        steps.string(), simulation_.step_number() - totals_.steps, simulation_.step_number());
+    origin.warnings.push_back(fmt::format(
+        "{} lacks {} of the {} before the checkpoint; the report leaves them out", steps.string(),
+        simulation_.step_number() - totals_.steps, counted(simulation_.step_number(), "step")));
   if (!origin.same_directory && !request_.overwrite) directory_.refuse_run();
   make_directory();
+  for (const std::string& warning : origin.warnings)
+    show(stderr, "weft: warning: {}\n", one_line(warning));
   if (origin.same_directory) {
     directory_.clear_after(simulation_.frame_number(), origin.file);
     frames_.keep_until(simulation_.frame_number());
@@ -343,6 +352,12 @@ int SceneRun::finish(const std::optional<std::string>& failure, ExitCode code,
   std::optional<Vec3<double>> shown = place;
   if (shown) *shown -= meshes.origin;
   const bool picture = write_failure_picture(directory_, meshes, shown);
+  if (gain_said_ && !gained_)
+    show(stderr,
+         "weft: warning: cloth gained up to {:.4g} J from nothing, by {:.6g} s: {:.3g} % of the "
+         "{:.4g} J at play\n",
+         balance_.gain(), balance_.gain_time(), 100 * balance_.gain() / balance_.gain_at_play(),
+         balance_.gain_at_play());
   if (failure)
     show(stderr, "weft: {}; checkpoint {}{}\n", *failure,
          checkpoint_.empty() ? "none" : checkpoint_.string(),
@@ -359,19 +374,20 @@ void SceneRun::print_rest() const {
   if (simulation_.scene().time.until != RunUntil::rest) return;
   const RestState rest = simulation_.rest();
   if (rest.rested)
-    show(stdout, "rested at {:.6g} s, after {} frames\n", simulation_.time(),
-         simulation_.frame_number());
+    show(stdout, "rested at {:.6g} s, after {}\n", simulation_.time(),
+         counted(simulation_.frame_number(), "frame"));
   else
-    show(stdout, "did not rest within {} frames: {:.3g} % of the vertices move, {:.3g} % may\n",
-         simulation_.frame_number(), 100 * rest.moving_share, 100 * moving_share_max);
+    show(stdout, "did not rest within {}: {:.3g} % of the vertices move, {:.3g} % may\n",
+         counted(simulation_.frame_number(), "frame"), 100 * rest.moving_share,
+         100 * moving_share_max);
 }
 
 void SceneRun::print_summary(bool preview) const {
   const double simulated = simulation_.time();
-  show(stdout, "{}{} frames in {}{}; {} steps, {:.3g} wall s per simulated s, state {}\n",
-       frames_.only_last() ? "the last of " : "", simulation_.frame_number(),
+  show(stdout, "{}{} in {}{}; {}, {:.3g} wall s per simulated s, state {}\n",
+       frames_.only_last() ? "the last of " : "", counted(simulation_.frame_number(), "frame"),
        directory_.frames().string(), preview ? ", preview " + directory_.preview().string() : "",
-       simulation_.step_number(), simulated > 0 ? totals_.wall / simulated : 0.0,
+       counted(simulation_.step_number(), "step"), simulated > 0 ? totals_.wall / simulated : 0.0,
        hash_text(simulation_.state_hash()));
 }
 

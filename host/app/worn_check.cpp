@@ -11,6 +11,7 @@
 
 #include "host/app/render/run_scene.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/input/counted.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/mesh/split_objects.hpp"
@@ -179,7 +180,7 @@ WornOutcome check_worn(const WornRequest& request) {
                                 ReadableFolders(request.start, request.allowed))
                       .positions;
     if (cloth_start.size() != cloth.positions.size())
-      throw SceneError(request.start, "--start", std::to_string(cloth_start.size()) + " vertices",
+      throw SceneError(request.start, "--start", counted(cloth_start.size(), "vertex"),
                        std::to_string(cloth.positions.size()) + ", as the cloth has");
   } else if (numbers.front() == 0 && numbers.size() > 1) {
     const io::FrameMeshes first = io::in_world(sequence->read(0));

@@ -67,11 +67,13 @@ ForceBuckets::ForceBuckets(const Scene& scene, const Model& model, const std::ve
     internal_step_ = std::min(internal_step_, sheet_.stable_step(plate));
   internal_step_ = std::min(internal_step_, slow_step);
   const double least = scene.asynchronous.smallest_step;
-  if (!(std::min(internal_step_, forces_.rule.step) >= least))
-    throw SceneError(scene.file, "method.asynchronous.smallest_step", std::to_string(least),
-                     "at most the stable steps of stretching and bending, " +
-                         std::to_string(internal_step_) + " s, and of the first penalty layer, " +
-                         std::to_string(forces_.rule.step) + " s");
+  if (const double stable = std::min(internal_step_, forces_.rule.step); !(stable >= least))
+    throw SceneError(
+        scene.file, "method.type", "\"asynchronous\" in steps of " + seconds_text(stable),
+        "at least " + seconds_text(least) + ": the steps in which " +
+            (internal_step_ < forces_.rule.step ? "stretching and bending are"
+                                                : "the first penalty layer is") +
+            " stable, which longer edges, softer or heavier cloth make longer");
 }
 
 Ticks ForceBuckets::ticks_of(int bucket) const {

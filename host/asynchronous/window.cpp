@@ -144,13 +144,13 @@ bool Windows::deepen(const std::vector<PrimitivePair>& missed, StepReport& repor
   }
   const std::string layer = "penalty layer " + std::to_string(deepest);
   if (deepest > settings_.layers)
-    return fail(report, Failure::layers,
-                layer + " would be needed, method.asynchronous.layers allows " +
-                    std::to_string(settings_.layers),
-                place_of(*deepest_pair));
+    return fail(
+        report, Failure::layers,
+        layer + " would be needed; the last one is layer " + std::to_string(settings_.layers),
+        place_of(*deepest_pair));
   if (rule().step_of(deepest) < settings_.smallest_step)
     return fail(report, Failure::small_step,
-                layer + " would need a step below method.asynchronous.smallest_step",
+                layer + " would need a step below " + seconds_text(settings_.smallest_step),
                 place_of(*deepest_pair));
   now_.layers.deepen(missed);
   report.asynchronous.layers_added += static_cast<std::int64_t>(missed.size());
@@ -258,8 +258,10 @@ bool Windows::window(double from, double to, double after, StepReport& report) {
     now_.phase = saved_phase_;
     if (rollback == settings_.rollbacks)
       return fail(report, Failure::rollbacks,
-                  std::to_string(look.missed.size()) + " pairs still come too close after " +
-                      std::to_string(rollback) + " rollbacks",
+                  std::to_string(look.missed.size()) +
+                      (look.missed.size() == 1 ? " pair still comes" : " pairs still come") +
+                      " too close after " + std::to_string(rollback) +
+                      (rollback == 1 ? " rollback" : " rollbacks"),
                   place_of(look.missed.front()));
     if (!deepen(look.missed, report)) return false;
   }

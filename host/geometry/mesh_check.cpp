@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/input/counted.hpp"
 #include "host/input/quantity.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
@@ -27,10 +28,13 @@ class Offenders {
       list_ += std::to_string(number) + detail;
     }
   }
+  bool any() const { return count_ > 0; }
   /// @param repairable whether repair_mesh() takes such offenders away
   void refuse_any(const char* what, const char* allowed, bool repairable = false) const {
     if (count_ == 0) return;
-    std::string value = std::string(what) + " (" + noun_ + " " + list_;
+    const std::string noun = noun_;
+    const std::string several = noun == "vertex" ? "vertices" : noun + "s";
+    std::string value = std::string(what) + " (" + (count_ == 1 ? noun : several) + " " + list_;
     if (count_ > shown_max) value += " and " + std::to_string(count_ - shown_max) + " more";
     value += ")";
     if (!origin_.name.empty()) value += " in \"" + origin_.name + "\"";
@@ -77,23 +81,22 @@ void check_counts(const Mesh& mesh, const MeshOrigin& origin, bool needs_materia
   if (mesh.positions.empty()) refuse("positions", "no vertices", "at least three");
   if (mesh.triangles.empty()) refuse("triangles", "no triangles", "at least one");
   if (mesh.positions.size() > most / 3)
-    refuse("positions", std::to_string(mesh.positions.size()) + " vertices", "up to 715827882");
+    refuse("positions", counted(mesh.positions.size(), "vertex"), "up to 715827882");
   if (mesh.triangles.size() > most / 3)
-    refuse("triangles", std::to_string(mesh.triangles.size()) + " triangles", "up to 715827882");
+    refuse("triangles", counted(mesh.triangles.size(), "triangle"), "up to 715827882");
   if (mesh.material.empty() && needs_material)
     refuse("material", "no material coordinates", "one pair a vertex");
   if (mesh.material_triangles.empty()) {
     if (!mesh.material.empty() && mesh.material.size() != mesh.positions.size())
-      refuse("material", std::to_string(mesh.material.size()) + " pairs",
-             ("one pair for each of the " + std::to_string(mesh.positions.size()) + " vertices")
-                 .c_str());
+      refuse("material", counted(mesh.material.size(), "pair"),
+             ("one pair for each of the " + counted(mesh.positions.size(), "vertex")).c_str());
   } else if (mesh.material_triangles.size() != mesh.triangles.size()) {
-    refuse("material_triangles", std::to_string(mesh.material_triangles.size()) + " triangles",
-           ("one for each of the " + std::to_string(mesh.triangles.size()) + " triangles").c_str());
+    refuse("material_triangles", counted(mesh.material_triangles.size(), "triangle"),
+           ("one for each of the " + counted(mesh.triangles.size(), "triangle")).c_str());
   }
   if (!mesh.group.empty() && mesh.group.size() != mesh.triangles.size())
-    refuse("group", std::to_string(mesh.group.size()) + " numbers",
-           ("one for each of the " + std::to_string(mesh.triangles.size()) + " triangles").c_str());
+    refuse("group", counted(mesh.group.size(), "number"),
+           ("one for each of the " + counted(mesh.triangles.size(), "triangle")).c_str());
 }
 
 template <int N>
@@ -227,6 +230,19 @@ void check_edges(const Mesh& mesh, const MeshOrigin& origin) {
   flipped.refuse_any("triangle oriented against its neighbour", "one orientation throughout", true);
 }
 
+template <int N>
+void check_extent(const std::vector<Vec<double, N>>& points, const char* name,
+                  const MeshOrigin& origin) {
+  Offenders bad(origin, name, "vertex");
+  for (std::size_t v = 0; v < points.size(); ++v)
+    for (int k = 0; k < N; ++k)
+      if (!quantity::coordinate.holds(points[v][k])) {
+        bad.add(v, ": " + short_number(points[v][k]));
+        break;
+      }
+  bad.refuse_any("coordinates out of range", quantity::coordinate.allowed().c_str());
+}
+
 double longest_sq(double a, double b, double c) {
   return std::max({a, b, c});
 }
@@ -240,6 +256,8 @@ void check_world_areas(const Mesh& mesh, const MeshOrigin& origin) {
     const double edge_sq = longest_sq(length_sq(e1), length_sq(e2), length_sq(e2 - e1));
     if (!(length(cross(e1, e2)) > min_relative_height * edge_sq)) bad.add(t);
   }
+  // Beside an edge that is too long, other heights count as zero.
+  if (bad.any()) check_extent(mesh.positions, "positions", origin);
   bad.refuse_any("zero area in world space", "triangles with an area", true);
 }
 
@@ -259,6 +277,7 @@ void check_material_areas(const Mesh& mesh, const MeshOrigin& origin) {
     else if (twice_area < 0)
       inverted.add(t);
   }
+  if (flat.any()) check_extent(mesh.material, "material", origin);
   flat.refuse_any("zero area in material space", "triangles with an area", true);
   inverted.refuse_any("inverted in material space",
                       "material coordinates counter-clockwise like the triangle itself");
@@ -270,19 +289,6 @@ double relative_height(const Mesh& mesh, const Tri& tri) {
   const Vec2<double> e2 = mesh.material[at(tri.v[2])] - mesh.material[at(tri.v[0])];
   return std::abs(e1[0] * e2[1] - e1[1] * e2[0]) /
          longest_sq(length_sq(e1), length_sq(e2), length_sq(e2 - e1));
-}
-
-template <int N>
-void check_extent(const std::vector<Vec<double, N>>& points, const char* name,
-                  const MeshOrigin& origin) {
-  Offenders bad(origin, name, "vertex");
-  for (std::size_t v = 0; v < points.size(); ++v)
-    for (int k = 0; k < N; ++k)
-      if (!quantity::coordinate.holds(points[v][k])) {
-        bad.add(v, ": " + short_number(points[v][k]));
-        break;
-      }
-  bad.refuse_any("coordinates out of range", quantity::coordinate.allowed().c_str());
 }
 
 template <int N>

@@ -135,8 +135,12 @@ void refuse_inside_obstacles(const Scene& scene, const Surfaces& surfaces) {
       throw SceneError(scene.file, title_of(scene, c),
                        "a start inside " + title_of(scene, scene.cloths.size() + inside->obstacle) +
                            ", with vertex " + std::to_string(inside->vertex) +
-                           " and all that hangs together with it,",
-                       "a start outside of closed obstacles" + lift_advice(scene, surfaces, c));
+                           " and all that hangs together with it",
+                       "a start outside of closed obstacles" + lift_advice(scene, surfaces, c) +
+                           (scene.contact.untangle
+                                ? "; contact.untangle moves out only cloth that passes through "
+                                  "the surface of an obstacle"
+                                : ""));
 }
 
 }  // namespace

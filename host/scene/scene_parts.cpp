@@ -7,6 +7,7 @@
 
 #include "host/geometry/mesh_groups.hpp"
 #include "host/input/checker.hpp"
+#include "host/input/nearest_word.hpp"
 #include "host/scene/fabric/fabrics.hpp"
 #include "host/scene/part_check.hpp"
 #include "weft/core/at.hpp"
@@ -75,10 +76,13 @@ PinId Scene::pin(ClothId cloth, const VertexGroup& group) {
 Material fabric(const std::string& name) {
   const Fabric* found = find_fabric(name);
   if (found == nullptr) {
-    std::string names;
-    for (const Fabric& known : fabrics())
-      names += (names.empty() ? "" : ", ") + std::string(known.name);
-    throw SceneError({}, "fabric", "\"" + name + "\"", names);
+    std::string list;
+    std::vector<std::string> names;
+    for (const Fabric& known : fabrics()) {
+      list += (list.empty() ? "" : ", ") + std::string(known.name);
+      names.emplace_back(known.name);
+    }
+    throw SceneError({}, "fabric", "\"" + name + "\"", list + did_you_mean(name, names));
   }
   Material material = found->material;
   material.name = name;

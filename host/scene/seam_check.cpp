@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/input/checker.hpp"
+#include "host/input/counted.hpp"
 #include "host/scene/defaults.hpp"
 #include "host/scene/seams/stacked_triangles.hpp"
 #include "host/scene/validate.hpp"
@@ -119,7 +120,7 @@ std::vector<Side> sewn_sides(const Scene& scene, const Numbering& numbering,
         if (a == b)
           refuse(scene, "seams",
                  numbering.name(from) + " sewn to " + numbering.name(to) +
-                     ", both corners of its triangle " + std::to_string(t) + ",",
+                     ", both corners of its triangle " + std::to_string(t),
                  "no seam that closes a triangle");
         sides.push_back(
             {{std::min(a, b), std::max(a, b)}, {from, to}, static_cast<Index>(t), a < b});
@@ -172,7 +173,7 @@ void check_stacked(const Scene& scene) {
   refuse(scene, "seams",
          name(0) + " and " + name(1) + ", which get the same three corners by welding, " +
              std::to_string(stacked.size()) +
-             (stacked.size() == 1 ? " pair in all," : " pairs in all,"),
+             (stacked.size() == 1 ? " pair in all" : " pairs in all"),
          "triangles that do not lie on each other: more cells between what is sewn, or "
          "weld_distance 0");
 }
@@ -194,7 +195,7 @@ void check_vertices(const Scene& scene, std::size_t i) {
   if (seam.vertices[0].size() != seam.vertices[1].size())
     refuse(scene, field_of(i) + ".vertices",
            std::to_string(seam.vertices[0].size()) + " and " +
-               std::to_string(seam.vertices[1].size()) + " vertices",
+               counted(seam.vertices[1].size(), "vertex"),
            "as many in each");
   if (seam.vertices[0].empty())
     refuse(scene, field_of(i) + ".vertices", "none", "at least one pair");
@@ -236,7 +237,7 @@ void check_pairs(const Scene& scene, const Numbering& numbering) {
       const Index b = numbering.number(seam.cloths[1], seam.vertices[1][k]);
       if (a == b)
         refuse(scene, field_of(i),
-               "pair " + std::to_string(k) + ", " + numbering.name(a) + " sewn to itself,",
+               "pair " + std::to_string(k) + ", " + numbering.name(a) + " sewn to itself",
                "two different vertices");
       pairs.push_back({{std::min(a, b), std::max(a, b)}, i});
     }
@@ -262,7 +263,7 @@ void check_refinement(const Scene& scene) {
   const std::size_t refined = triangles << (2 * refinement.levels);
   if (refined > most_elements)
     refuse(scene, "refine.levels",
-           std::to_string(refinement.levels) + " (" + std::to_string(refined) + " triangles)",
+           std::to_string(refinement.levels) + " (" + counted(refined, "triangle") + ")",
            "levels that make up to " + std::to_string(most_elements) + " triangles");
   if (scene.seams.empty())
     refuse(scene, "refine.when", "\"sewn\" in a scene without seams", "at least one seam");

@@ -1,4 +1,5 @@
 #include "host/scene/validate.hpp"
+#include "host/input/counted.hpp"
 #include "host/scene/live_shape.hpp"
 #include "host/scene/part_check.hpp"
 
@@ -64,9 +65,9 @@ std::vector<Vec3<double>> positions_of(const Mesh& mesh, const std::vector<Index
 void validate_rest(const Scene& scene, std::size_t i, const Checker& check) {
   const Cloth& cloth = scene.cloths[i];
   if (cloth.rest_positions.size() != cloth.mesh.positions.size())
-    check.refuse("rest", std::to_string(cloth.rest_positions.size()) + " positions",
-                 "one for each of the " + std::to_string(cloth.mesh.positions.size()) +
-                     " vertices, or none");
+    check.refuse(
+        "rest", std::to_string(cloth.rest_positions.size()) + " positions",
+        "one for each of the " + counted(cloth.mesh.positions.size(), "vertex") + ", or none");
   Mesh shape = cloth.mesh;
   shape.positions = cloth.rest_positions;
   const MeshOrigin origin{scene.file, numbered("cloths", i) + ".rest", cloth.name};
@@ -109,9 +110,9 @@ void validate_cloth(const Scene& scene, std::size_t i) {
                      " materials, counted from 0");
   if (!cloth.triangle_material.empty() &&
       cloth.triangle_material.size() != cloth.mesh.triangles.size())
-    check.refuse("triangle_material", std::to_string(cloth.triangle_material.size()) + " numbers",
-                 "one for each of the " + std::to_string(cloth.mesh.triangles.size()) +
-                     " triangles, or none");
+    check.refuse(
+        "triangle_material", counted(cloth.triangle_material.size(), "number"),
+        "one for each of the " + counted(cloth.mesh.triangles.size(), "triangle") + ", or none");
   for (std::size_t t = 0; t < cloth.triangle_material.size(); ++t) {
     const Index material = cloth.triangle_material[t];
     if (material < 0 || static_cast<std::size_t>(material) >= scene.materials.size())
@@ -187,8 +188,7 @@ void validate_handle(const Scene& scene, std::size_t i) {
   if (handle.vertices.empty()) check.refuse("vertices", "none", "at least one vertex");
   if (handle.shape == Handle::Shape::glue &&
       (handle.vertices.size() != 2 || handle.vertices[0] == handle.vertices[1]))
-    check.refuse("glue", std::to_string(handle.vertices.size()) + " vertices",
-                 "two different vertices");
+    check.refuse("glue", counted(handle.vertices.size(), "vertex"), "two different vertices");
   for (std::size_t k = 0; k < handle.vertices.size(); ++k) {
     const Index v = handle.vertices[k];
     if (v < 0 || static_cast<std::size_t>(v) >= cloth.mesh.positions.size())
@@ -262,7 +262,7 @@ void validate_pin(const Scene& scene, std::size_t i, std::vector<std::vector<Ind
     if (holder >= 0)
       check.refuse(entry,
                    std::to_string(v) + ", which " +
-                       numbered("pins", static_cast<std::size_t>(holder)) + " already holds,",
+                       numbered("pins", static_cast<std::size_t>(holder)) + " already holds",
                    "each vertex in one pin, once");
     holder = static_cast<Index>(i);
   }
@@ -379,10 +379,8 @@ void validate_total(const Scene& scene) {
   const Checker check(scene.file, "");
   const std::string allowed =
       "up to " + std::to_string(most_elements) + " in all cloths and obstacles";
-  if (vertices > most_elements)
-    check.refuse("cloths", std::to_string(vertices) + " vertices", allowed);
-  if (triangles > most_elements)
-    check.refuse("cloths", std::to_string(triangles) + " triangles", allowed);
+  if (vertices > most_elements) check.refuse("cloths", counted(vertices, "vertex"), allowed);
+  if (triangles > most_elements) check.refuse("cloths", counted(triangles, "triangle"), allowed);
 }
 
 void validate_motion(const Motion& motion, const std::string& file, const std::string& field) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "host/scene/seams/sewing.hpp"
+#include "host/scene/surfaces.hpp"
 #include "host/untangle/untangle_scene.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
@@ -253,11 +254,11 @@ CoarseScene make_coarse_scene(const Scene& fine) {
     // Edges of a half have four times the triangles.
     const double expected = static_cast<double>(before.mesh.triangles.size()) / (ratio * ratio);
     if (expected > triangles_max)
-      throw SceneError(fine.file, "method.time_parallel.coarsening",
+      throw SceneError(fine.file, "remeshing.size[0]",
                        "a coarse mesh of cloth \"" + before.name + "\" with some " +
                            std::to_string(std::llround(expected)) + " triangles",
                        "at most " + std::to_string(triangles_max) +
-                           "; its edges are so many times remeshing.size[0]");
+                           ": the edges of a coarse mesh are several times as long as size[0]");
     const auto grid =
         before.triangle_material.empty() && ratio > 1 ? grid_shape(before.mesh) : std::nullopt;
     if (grid)
@@ -266,10 +267,10 @@ CoarseScene make_coarse_scene(const Scene& fine) {
       coarsen_mesh(fine, c, ratio, cloth);
     if (!slices_remesh(fine) && cloth.mesh.triangles.size() >= before.mesh.triangles.size())
       throw SceneError(
-          fine.file, "method.time_parallel.coarsening",
-          "a coarse mesh of cloth \"" + before.name + "\" with " +
-              std::to_string(cloth.mesh.triangles.size()) + " triangles",
-          "fewer than the " + std::to_string(before.mesh.triangles.size()) + " of the fine one");
+          fine.file, title_of(fine, c),
+          std::to_string(before.mesh.triangles.size()) +
+              " triangles, of which no coarser mesh can be made",
+          "a finer mesh, or another method than \"time_parallel\", which starts on coarse meshes");
     level.maps.push_back(map_material(before.mesh, cloth.mesh));
     const MaterialMap of_coarse = map_material(cloth.mesh, before.mesh);
     stands.push_back(stands_for(of_coarse, ratio <= 1));

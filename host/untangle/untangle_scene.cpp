@@ -129,7 +129,7 @@ std::string place_of(const Remains& r, const Vec3<double>& origin) {
 std::string describe(const Scene& scene, const std::vector<Remains>& remains,
                      const UntangleReport& report) {
   constexpr std::size_t shown_max = 3;
-  if (remains.empty()) return ", after untangling, which leaves triangles that touch,";
+  if (remains.empty()) return ", after untangling, which leaves triangles that touch";
   std::string text = ", after untangling, which leaves " + text_of(report.left.length()) + " of " +
                      text_of(report.contour_length.front()) + " m of contour: ";
   for (std::size_t i = 0; i < std::min(remains.size(), shown_max); ++i) {
@@ -142,7 +142,7 @@ std::string describe(const Scene& scene, const std::vector<Remains>& remains,
   }
   if (remains.size() > shown_max)
     text += ", and " + std::to_string(remains.size() - shown_max) + " shorter ones";
-  return text + ",";
+  return text;
 }
 
 /// Cloths and obstacles as they are now.

@@ -12,12 +12,12 @@ class SceneError : public std::runtime_error {
   using std::runtime_error::runtime_error;
   /// @param file    file that holds the value; empty for a scene made in memory
   /// @param field   path of the field, such as "cloths[0].grid.size"
-  /// @param value   the offending value as text
+  /// @param value   the offending value, or what is wrong, such as "missing" or "no vertices"
   /// @param allowed description of the accepted values
   SceneError(const std::string& file, const std::string& field, const std::string& value,
              const std::string& allowed)
       : std::runtime_error((file.empty() ? std::string() : file + ": ") + field + ": " + value +
-                           " is not allowed; allowed: " + allowed) {}
+                           "; allowed: " + allowed) {}
 };
 
 /// A device is missing, lost, out of memory, or cannot do what was asked.

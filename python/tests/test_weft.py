@@ -86,7 +86,7 @@ def test_forces_lift_what_they_carry():
     simulation.set_forces(sheet, numpy.full((n, 3), [0, 0, 2 * weight / n]))
     simulation.advance(1 / 25)
     assert simulation.positions(sheet)[:, 2].mean() > 0.3
-    with pytest.raises(weft.SceneError, match="cloths.0. .*: 3 forces is not allowed; allowed: 81, one for each"):
+    with pytest.raises(weft.SceneError, match="cloths.0. .*: 3 forces; allowed: 81, one for each"):
         simulation.set_forces(sheet, numpy.zeros((3, 3)))
     simulation.set_forces(sheet, None)
 
@@ -119,12 +119,12 @@ def test_device_positions_are_there_on_a_gpu():
 def test_numbers_that_are_no_indices_are_refused():
     scene = weft.Scene()
     vertices, faces = grid()
-    with pytest.raises(weft.SceneError, match="faces: numbers of type float64 is not allowed; allowed: whole"):
+    with pytest.raises(weft.SceneError, match="faces: numbers of type float64; allowed: whole"):
         scene.add_cloth(vertices, faces + 0.5, fabric="denim")
     broken = vertices.copy()
     broken[7, 1] = numpy.nan
     for add in (scene.add_cloth, scene.add_obstacle):
-        with pytest.raises(weft.SceneError, match=r"vertices\[7\]: .*nan.* is not allowed; allowed: finite"):
+        with pytest.raises(weft.SceneError, match=r"vertices\[7\]: .*nan.*; allowed: finite"):
             add(broken, faces)
         with pytest.raises(weft.SceneError, match=r"vertices: shape \(0, 3\)"):
             add(numpy.empty((0, 3)), faces)
@@ -150,7 +150,7 @@ def test_frames_that_are_over_are_refused():
     with pytest.raises(RuntimeError, match="frame 1 is over; take its positions before the next frame"):
         frames[0].positions(sheet)
     for seconds in (0, -1, float("nan")):
-        with pytest.raises(weft.SceneError, match="seconds: .* is not allowed; allowed: a time > 0"):
+        with pytest.raises(weft.SceneError, match="seconds: .*; allowed: a time > 0"):
             next(weft.run(scene, seconds=seconds))
 
 
@@ -303,7 +303,7 @@ def test_garments_are_one_mesh_with_panels_and_seams(tmp_path):
 def test_garments_of_a_frame_that_is_not_there(tmp_path):
     write_tube(tmp_path, 0.5)
     assert weft.garments(tmp_path, 0)[0].frame == 0
-    with pytest.raises(weft.SceneError, match="frame: 7 is not allowed; allowed: one of the 2 frames from 0 to 1"):
+    with pytest.raises(weft.SceneError, match="frame: 7; allowed: one of the 2 frames from 0 to 1"):
         weft.garments(tmp_path, 7)
     with pytest.raises(weft.SceneError):
         weft.garments(tmp_path / "nothing")

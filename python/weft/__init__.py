@@ -36,7 +36,7 @@ def _in_main_thread() -> bool:
 def _expect(value: object, kind: type | tuple[type, ...], name: str, source: str) -> None:
     """Raises SceneError unless `value` is an id that `source` returns."""
     if not isinstance(value, kind):
-        raise SceneError(f"{name}: {value!r} is not allowed; allowed: what {source} has returned")
+        raise SceneError(f"{name}: {value!r}; allowed: what {source} has returned")
 
 
 class Scene:
@@ -113,10 +113,10 @@ def _places(values: ArrayLike, name: str) -> NDArray[numpy.float64]:
     import numpy
     x = _numbers(values)
     if x.ndim != 2 or x.shape[0] < 1 or x.shape[1] != 3:
-        raise SceneError(f"{name}: shape {x.shape} is not allowed; allowed: shape (n, 3)")
+        raise SceneError(f"{name}: shape {x.shape}; allowed: shape (n, 3)")
     if not numpy.isfinite(x).all():
         row = int(numpy.flatnonzero(~numpy.isfinite(x).all(axis=1))[0])
-        raise SceneError(f"{name}[{row}]: {x[row].tolist()} is not allowed; allowed: finite numbers")
+        raise SceneError(f"{name}[{row}]: {x[row].tolist()}; allowed: finite numbers")
     return x
 
 
@@ -125,7 +125,7 @@ def _whole_numbers(values: ArrayLike, name: str) -> NDArray[numpy.int64]:
     import numpy
     found = numpy.asarray(values)
     if found.size > 0 and not numpy.issubdtype(found.dtype, numpy.integer):
-        raise SceneError(f"{name}: numbers of type {found.dtype} is not allowed; allowed: whole numbers")
+        raise SceneError(f"{name}: numbers of type {found.dtype}; allowed: whole numbers")
     return found.astype(numpy.int64)
 
 
@@ -155,7 +155,7 @@ def _pattern(vertices: NDArray[numpy.float64]) -> NDArray[numpy.float64]:
     x = vertices - vertices.mean(axis=0)
     _, sizes, axes = numpy.linalg.svd(x, full_matrices=False)
     if len(sizes) < 3 or sizes[2] > 1e-6 * sizes[0]:
-        raise SceneError("uv: None is not allowed; allowed: (n, 2) metres for cloth that does not start flat")
+        raise SceneError("uv: None; allowed: (n, 2) metres for cloth that does not start flat")
     if numpy.linalg.det(axes) < 0:
         axes[1] = -axes[1]
     pattern: NDArray[numpy.float64] = x @ axes[:2].T
@@ -275,7 +275,7 @@ def run(scene: Scene, seconds: float | None = None, device: str = "auto",
     is; default: in a terminal or a notebook.
     """
     if seconds is not None and not 0 < seconds < float("inf"):
-        raise SceneError(f"seconds: {seconds} is not allowed; allowed: a time > 0")
+        raise SceneError(f"seconds: {seconds}; allowed: a time > 0")
     frames = scene.frames if seconds is None else max(1, round(seconds * scene.frame_rate))
     if progress is None:
         progress = sys.stderr.isatty() or "ipykernel" in sys.modules

@@ -27,9 +27,9 @@ class CheckpointVersions : public Process {
 
 TEST_F(CheckpointVersions, OthersAreRefusedByName) {
   const std::string mine = "allowed: 4, of weft 0.2.x\n";
-  for (const auto& [format, name] : {std::pair<char, const char*>{2, "2, of weft 0.1.0 is"},
-                                     {3, "3, of a build between weft 0.1.0 and 0.2.0 is"},
-                                     {9, "9, of a later weft is"}}) {
+  for (const auto& [format, name] : {std::pair<char, const char*>{2, "2, of weft 0.1.0;"},
+                                     {3, "3, of a build between weft 0.1.0 and 0.2.0;"},
+                                     {9, "9, of a later weft;"}}) {
     EXPECT_EQ(resume(forged(format)), 2);
     EXPECT_EQ(line_count(err_), 1) << err_;
     EXPECT_NE(err_.find("checkpoint version: " + std::string(name)), std::string::npos) << err_;

@@ -385,6 +385,37 @@ TEST_F(Convert, KeepsNamesOfTheObjectsInOneFile) {
   EXPECT_EQ(meshes.obstacles[1].name, "floor");
 }
 
+/// Bodies have no texture coordinates, cloths have some.
+TEST_F(Convert, ReadsWhatItWritesOfClothsAndBodies) {
+  ASSERT_EQ(run_as("run", "obj", {"--frames", "1"}), 0) << err_;
+  ASSERT_EQ(weft({"convert", "run", "a.obj", "--frame", "last"}), 0) << err_;
+  EXPECT_EQ(weft({"check", "a.obj"}), 0) << out_ << err_;
+  ASSERT_EQ(weft({"convert", "a.obj", "b.obj"}), 0) << err_;
+  EXPECT_EQ(text_of(at("b.obj")), text_of(at("a.obj")));
+}
+
+TEST_F(Convert, ReplacesNoInput) {
+  ASSERT_EQ(run_as("run", "obj", {"--frames", "1"}), 0) << err_;
+  ASSERT_EQ(weft({"convert", "run", "a.obj", "--frame", "1"}), 0) << err_;
+  ASSERT_EQ(weft({"convert", "run", "a.usda"}), 0) << err_;
+  fs::create_hard_link(at("a.obj"), at("b.obj"));
+  const std::string frame = text_of(at("run/frames/cloth_00001.obj"));
+  for (const auto& [input, output] : std::vector<std::pair<std::string, std::string>>{
+           {"a.obj", "a.obj"},
+           {"a.obj", "./a.obj"},
+           {"a.obj", "b.obj"},
+           {"a.usda", "a.usda"},
+           {"run", "run/frames/cloth_%05d.obj"},
+           {"run/frames/cloth_%05d.obj", "run/frames/cloth_%05d.obj"},
+           {"run/frames/cloth_%05d.obj", "run/frames/cloth_00001.obj"}}) {
+    EXPECT_EQ(weft({"convert", input, output, "--frame", "last"}), 2) << input << output;
+    EXPECT_NE(err_.find(": OUT: the input; allowed: another file"), std::string::npos) << err_;
+  }
+  EXPECT_EQ(text_of(at("run/frames/cloth_00001.obj")), frame);
+  EXPECT_EQ(weft({"convert", "run", "run/frames/mine.obj", "--frame", "1"}), 0) << err_;
+  EXPECT_EQ(weft({"convert", "run", "run/frames/mine.obj", "--frame", "1"}), 0) << err_;
+}
+
 TEST_F(Convert, SingleFrames) {
   ASSERT_EQ(run_as("run", "pc2", {"--frames", "4"}), 0) << err_;
   ASSERT_EQ(weft({"convert", "run", "a.ply", "--frame", "3"}), 0) << err_;

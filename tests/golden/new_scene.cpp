@@ -102,8 +102,12 @@ TEST_F(NewScene, ReplacesNothing) {
   EXPECT_EQ(weft({"new", "cloth.obj", "-o", "none/scene.json"}), 2);
   EXPECT_EQ(line_count(err_), 1) << err_;
   EXPECT_EQ(weft({"new", "missing.obj", "-o", "other.json"}), 2);
+  EXPECT_EQ(weft({"new", "cloth.obj", "-o", "other.obj"}), 2);
+  EXPECT_NE(err_.find("a file name that ends in .json"), std::string::npos) << err_;
   EXPECT_EQ(weft({"new", "cloth.obj", "-o", "other.json", "--fabric", "felt"}), 2);
   EXPECT_NE(err_.find("silk"), std::string::npos) << err_;
+  EXPECT_EQ(weft({"new", "cloth.obj", "-o", "other.json", "--fabric", "demin"}), 2);
+  EXPECT_NE(err_.find("; did you mean \"denim\"?"), std::string::npos) << err_;
   EXPECT_FALSE(fs::exists(at("other.json")));
 }
 

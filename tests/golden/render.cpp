@@ -212,6 +212,7 @@ TEST_F(RenderSubcommand, EarlierPicturesAreKeptUnlessOverwritten) {
   EXPECT_EQ(render({"--overwrite", "--frames", "9"}), 2);
   EXPECT_EQ(pictures("run/pictures").size(), 5u);
   ASSERT_EQ(render({"--frames", "1", "--azimuth", "30", "--overwrite"}), 0) << err_;
+  EXPECT_EQ(out_.substr(out_.rfind('\n', out_.size() - 2) + 1), "1 picture in run/pictures\n");
   EXPECT_EQ(pictures("run/pictures"), (std::set<std::string>{"00001.png", "notes.txt"}));
 }
 

@@ -432,12 +432,15 @@ class EnergyFromNothing : public Process {
   void expect_noticed(const Json& changes);
 };
 
-TEST_F(EnergyFromNothing, IsSaidOnce) {
+TEST_F(EnergyFromNothing, IsSaidWhenItBeginsAndAtTheEnd) {
   EXPECT_EQ(resume_with_less(0.3, "5"), 0) << err_;
-  EXPECT_EQ(line_count(err_), 1) << err_;
+  EXPECT_EQ(line_count(err_), 2) << err_;
   EXPECT_NE(err_.find("weft: warning: cloth gains energy from nothing: 0."), std::string::npos)
       << err_;
   EXPECT_NEAR(report("a")["energy"]["gain"].get<double>(), 0.3, 0.03);
+  EXPECT_NE(err_.find("\nweft: warning: cloth gained up to 0."), std::string::npos) << err_;
+  EXPECT_NE(err_.find(" J from nothing, by 0.2 s: "), std::string::npos) << err_;
+  EXPECT_NE(err_.find(" J at play\n"), std::string::npos) << err_;
 }
 
 TEST_F(EnergyFromNothing, EndsTheRunIfItLasts) {

@@ -56,7 +56,7 @@ TEST_F(RunDirectoryTest, ASecondRunIsRefusedByName) {
     EXPECT_EQ(line_count(err_), 1) << err_;
     EXPECT_EQ(err_.find("weft: a: -o: a directory that "), 0u) << err_;
     if (more.empty()) continue;  // the run that it holds is reason enough
-    EXPECT_NE(err_.find("process " + std::to_string(first) + ","), std::string::npos) << err_;
+    EXPECT_NE(err_.find("process " + std::to_string(first) + ";"), std::string::npos) << err_;
   }
   ::kill(first, SIGTERM);
   EXPECT_EQ(wait(first), 130) << err_;
@@ -97,7 +97,7 @@ TEST_F(RunDirectoryTest, ARunIsReplacedOnlyIfAsked) {
   for (const auto& command : commands) {
     EXPECT_EQ(weft(command), 2) << testing::PrintToString(command) << out_;
     EXPECT_EQ(err_,
-              "weft: a: -o: a directory that holds another run is not allowed; allowed: another "
+              "weft: a: -o: a directory that holds another run; allowed: another "
               "directory, --resume latest to continue that run, or --overwrite to replace it\n")
         << testing::PrintToString(command);
     EXPECT_EQ(text_of(at("a/report.json")), before);
@@ -189,6 +189,18 @@ TEST_F(RunDirectoryTest, OutputDeviceAndDurationMayChange) {
   EXPECT_EQ(err_, "");
 }
 
+TEST_F(RunDirectoryTest, FewerFramesThanTheCheckpointHasAreRefused) {
+  ASSERT_EQ(run("a", {"--frames", "2"}), 0) << err_;
+  const std::string before = text_of(at("a/report.json"));
+  EXPECT_EQ(run("a", {"--resume", "latest", "--frames", "1"}), 2) << out_;
+  EXPECT_EQ(
+      err_,
+      "weft: --frames: 1; allowed: at least 2, as many frames as a/checkpoint_00002.weft has\n");
+  EXPECT_EQ(text_of(at("a/report.json")), before);
+  EXPECT_EQ(run("a", {"--resume", "latest", "--frames", "2"}), 0)
+      << "nothing is left to do: " << err_;
+}
+
 TEST_F(RunDirectoryTest, OtherStepsNeedAnotherDirectory) {
   ASSERT_EQ(run("a", {"--frames", "2"}), 0) << err_;
   const std::string before = text_of(at("a/steps.jsonl"));
@@ -196,6 +208,8 @@ TEST_F(RunDirectoryTest, OtherStepsNeedAnotherDirectory) {
                   "--resume-changed", "--set", "time.step=0.01"}),
             2)
       << out_;
+  EXPECT_EQ(line_count(err_), 1) << err_;
+  EXPECT_EQ(err_.find("although"), std::string::npos) << "it was not resumed: " << err_;
   EXPECT_EQ(text_of(at("a/steps.jsonl")), before);
   // 0.08 s is no end of a frame of 1/30 s.
   EXPECT_EQ(

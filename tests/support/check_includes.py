@@ -98,7 +98,7 @@ ROOMS = {
     "lab/plan": ("geometry", "scene/seams", "scene", "model", "implicit/contact"),
     "app/process": ("base",),
     "app/run": (
-        "base", "input", "exec", "scene/fabric", "scene", "time_parallel", "io/json", "io/mesh", "io/spool", "io/usd",
+        "base", "input", "exec", "scene/fabric", "scene", "time_parallel", "io/mesh", "io/spool", "io/usd",
         "io/gltf", "render", "io/scene", "lab/check", "app/process",
     ),
     "app/chart": (
@@ -118,7 +118,7 @@ ROOMS = {
         "base", "input", "geometry", "io/mesh", "io/animation", "render", "app/process", "app/run", "app/render",
     ),
     "app/time_parallel": (
-        "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",
+        "base", "input", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",
     ),
     "app": (
         "base", "input", "scene/fabric", "scene", "io/json", "io/mesh", "io/spool", "io/usd", "io/gltf", "io/animation",

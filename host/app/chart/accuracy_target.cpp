@@ -22,6 +22,7 @@
 #include "host/app/run/run_output.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "weft/error.hpp"
@@ -206,9 +207,10 @@ std::string AccuracyTargetRun::explain(const Estimate& e) const {
                        unknown(e).empty() ? "about" : "at least about", 100 * e.total(),
                        part(e.step), part(e.mesh), part(e.model));
   }
-  text += e.intersections
-              ? fmt::format("{:g} intersections in {} frames", *e.intersections, frames_)
-              : "intersections unknown";
+  text += e.intersections ? fmt::format("{:g} {} in {}", *e.intersections,
+                                        noun_for(std::llround(*e.intersections), "intersection"),
+                                        counted(frames_, "frame"))
+                          : "intersections unknown";
   if (const auto names = unknown(e); !names.empty())
     text += fmt::format("; unknown: {}", fmt::join(names, ", "));
   if (target_.error && !e.mesh && !other_meshes_)

@@ -10,6 +10,7 @@
 #include "host/app/chart/chart_output.hpp"
 #include "host/app/chart/chart_points.hpp"
 #include "host/app/chart/chart_sweep.hpp"
+#include "host/app/run/number_range.hpp"
 #include "host/app/run/scene_name.hpp"
 #include "host/input/safe_text.hpp"
 #include "weft/error.hpp"
@@ -73,21 +74,27 @@ void add_chart_subcommand(CLI::App& app, int& exit_code) {
   subcommand->add_option("--knob", request->knobs, "One more series; may be repeated")
       ->type_name("PATH=V,V,...")
       ->allow_extra_args(false);
-  subcommand->add_option("--runs", request->runs, "Timed runs a point")->check(CLI::Range(1, 1000));
+  subcommand->add_option("--runs", request->runs, "Timed runs a point")
+      ->type_name("N")
+      ->check(whole_number_range(1, 1000));
   subcommand
       ->add_option("--starts", request->starts,
                    "Starts of each point, moved by a millionth of the diagonal, whose means are "
                    "compared after chaos sets in")
-      ->check(CLI::Range(1, 1000));
+      ->type_name("N")
+      ->check(whole_number_range(1, 1000));
   subcommand
       ->add_option("--jobs", request->jobs,
                    "Points at once, each on cores of its own; those of more devices come alone")
-      ->check(CLI::Range(1, 1024));
+      ->type_name("N")
+      ->check(whole_number_range(1, 1024));
   subcommand->add_option("--limit", request->limit, "Seconds a run may take; 0: any")
-      ->check(CLI::NonNegativeNumber);
+      ->type_name("SECONDS")
+      ->check(number_range(0, 1e9));
   subcommand
       ->add_option("--reference-steps", request->reference_steps,
                    "Steps of the reference for one of the scene, a power of two")
+      ->type_name("N")
       ->check(CLI::IsMember({2, 4, 8, 16, 32, 64, 128}));
   subcommand->add_option("--peers", request->peers, "CSV of others' points: name,error,seconds")
       ->type_name("FILE");

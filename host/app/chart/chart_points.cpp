@@ -10,6 +10,7 @@
 
 #include "host/base/file_bytes.hpp"
 #include "host/geometry/aabb.hpp"
+#include "host/input/counted.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -71,7 +72,7 @@ void add_steps(const Scene& scene, bool quick, SweepSettings& sweep) {
       if (dear && (share == 4 || (quick && share != 1))) continue;
       const std::string step = fmt::format("{:.4g} s", h * share);
       sweep.add(kind.series,
-                dear ? fmt::format("{} iterations, {}", kind.newton_iterations, step) : step,
+                dear ? counted(kind.newton_iterations, "iteration") + ", " + step : step,
                 {set("time.step", h * share), std::string("method.integrator=") + kind.integrator,
                  fmt::format("solver.newton_iterations={}", kind.newton_iterations)});
     }

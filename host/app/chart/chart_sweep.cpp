@@ -24,6 +24,7 @@
 #include "host/app/run/run_lock.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/base/file_operations.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
@@ -171,8 +172,8 @@ Chart Sweep::chart() const {
   chart.scene = scene_.name;
   chart.about = fmt::format("Reference: {}. Chaos: {}.", reference_.source, reference_.chaos);
   if (cores_.size() > 1)
-    chart.about += fmt::format(" {} runs at once, each on {} cores of its own.", cores_.size(),
-                               cores_.front().size());
+    chart.about += fmt::format(" {} runs at once, each on {} of its own.", cores_.size(),
+                               counted(cores_.front().size(), "core"));
   if (request_.starts > 1)
     chart.about += fmt::format(" After it, means over {} starts are compared.", request_.starts);
   chart.floor = reference_.floor;
@@ -235,7 +236,8 @@ void Sweep::measure_all(std::vector<ChartSetting> settings) {
 void Sweep::execute() {
   std::vector<ChartSetting> settings = chart_settings(scene_, request_);
   settings.insert(settings.begin(), {own_series, "as it is", scene_.method, request_.device, {}});
-  fmt::print("{}: {} points; first the reference\n", one_line(scene_.name), settings.size());
+  fmt::print("{}: {}; first the reference\n", one_line(scene_.name),
+             counted(settings.size(), "point"));
   std::fflush(stdout);
   reference_ = runs_.make_reference(scene_);
   measure_all(std::move(settings));

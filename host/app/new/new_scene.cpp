@@ -23,6 +23,7 @@
 #include "host/app/new/scene_draft.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/scratch_folder.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/scene_file.hpp"
@@ -88,10 +89,10 @@ std::string facts_of(const Mesh& mesh) {
       lengths.push_back(length(mesh.positions[a] - mesh.positions[b]));
     }
   std::sort(lengths.begin(), lengths.end());
-  return fmt::format(
-      "{} vertices, {} triangles; edges of {:.3g} to {:.3g} mm, {:.3g} mm in the middle",
-      mesh.positions.size(), mesh.triangles.size(), 1000 * lengths.front(), 1000 * lengths.back(),
-      1000 * lengths[lengths.size() / 2]);
+  return fmt::format("{}, {}; edges of {:.3g} to {:.3g} mm, {:.3g} mm in the middle",
+                     counted(mesh.positions.size(), "vertex"),
+                     counted(mesh.triangles.size(), "triangle"), 1000 * lengths.front(),
+                     1000 * lengths.back(), 1000 * lengths[lengths.size() / 2]);
 }
 
 std::string fabric_facts(const std::string& name) {
@@ -256,6 +257,8 @@ std::string allowed_words(const SceneDraft& draft, const NewRequest& request) {
 }
 
 void write_scene(const NewRequest& request) {
+  if (!request.output.ends_with(".json"))
+    throw SceneError("", "-o", request.output, "a file name that ends in .json");
   refuse_existing(request.output);
   SceneDraft draft = draft_of(request);
   complete(draft, request);

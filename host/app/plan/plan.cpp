@@ -19,10 +19,12 @@
 #include "host/app/plan/plan_without.hpp"
 #include "host/app/plan/step_trials.hpp"
 #include "host/app/process/child.hpp"
+#include "host/app/run/number_range.hpp"
 #include "host/app/run/run_device.hpp"
 #include "host/app/run/scene_name.hpp"
 #include "host/app/run/scene_request.hpp"
 #include "host/base/atomic_file.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/lab/plan/plan.hpp"
 #include "host/scene/frame_steps.hpp"
@@ -114,9 +116,9 @@ void print_probes(const Scene& scene, const std::vector<Probe>& probes) {
         scene.time.automatic && p.simulated_s > 0 ? p.simulated_s / p.steps : scene.time.step;
     const double all = std::max(1e-12, p.stages.total());
     fmt::print(
-        "{:<8} {:.3g} ms per step in the first {} steps: contacts {:.0f} %, assembly {:.0f} %, "
+        "{:<8} {:.3g} ms per step in the first {}: contacts {:.0f} %, assembly {:.0f} %, "
         "solve {:.0f} %, collisions {:.0f} %; {}about {:.3g} s for the run at this rate{}\n",
-        p.device, 1e3 * p.step_s, p.steps, 100 * p.stages.contacts / all,
+        p.device, 1e3 * p.step_s, counted(p.steps, "step"), 100 * p.stages.contacts / all,
         100 * p.stages.assemble / all, 100 * p.stages.solve / all,
         100 * p.stages.resolve_collisions / all,
         scene.time.automatic
@@ -254,8 +256,9 @@ void make_plan(const PlanRequest& request) {
   if (!request.target.empty())
     parse_accuracy_target(request.target);  // refused before anything runs
   const Scene scene = request.read();
-  fmt::print("{}: {} triangles, method {}, {} frames\n\n", one_line(scene.name),
-             triangle_count(scene), scene.method, scene.time.frames);
+  fmt::print("{}: {}, method {}, {}\n\n", one_line(scene.name),
+             counted(triangle_count(scene), "triangle"), scene.method,
+             counted(scene.time.frames, "frame"));
   auto stages = lab::plan_stages(scene);
   SmallRuns small(scene, request);
   decide_spares(scene, request, small, stages);
@@ -304,7 +307,8 @@ void add_plan_subcommand(CLI::App& app, int& exit_code) {
   subcommand
       ->add_option("--probe", request->probe,
                    "Seconds of simulation per device, to measure the cost; 0: none")
-      ->check(CLI::NonNegativeNumber);
+      ->type_name("SECONDS")
+      ->check(number_range(0, 1e9));
   subcommand->add_flag("--steps", request->steps,
                        "Try time steps of four times, twice and half that of the scene, on a "
                        "smaller mesh: which ones it bears and what they cost");

@@ -23,9 +23,11 @@
 #include "host/app/render/value_scale.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/frame_parts.hpp"
+#include "host/app/run/number_range.hpp"
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/progress.hpp"
 #include "host/base/file_operations.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/render/picture.hpp"
@@ -211,7 +213,7 @@ class Rendering {
     }
     progress.end();
     if (movie) movie->finish();
-    fmt::print("{} pictures in {}{}\n", places_.size(), output_.string(),
+    fmt::print("{} in {}{}\n", counted(places_.size(), "picture"), output_.string(),
                movie ? ", film " + request_.movie : "");
   }
 
@@ -267,7 +269,7 @@ class Rendering {
       output_ = fs::path(is_folder(request_.input) ? request_.input : "") / "pictures";
     if (request_.overwrite) return;
     if (const std::size_t count = earlier_pictures().size(); count > 0)
-      throw SceneError(output_.string(), "-o", fmt::format("a folder with {} pictures", count),
+      throw SceneError(output_.string(), "-o", "a folder with " + counted(count, "picture"),
                        "a folder without pictures; --overwrite replaces them");
   }
 
@@ -403,12 +405,12 @@ void add_looks(CLI::App& subcommand, Request& request) {
   subcommand
       .add_option("--azimuth", request.azimuth, "Of the automatic camera, from +x; default: -60")
       ->type_name("DEGREES")
-      ->check(CLI::Range(-360.0, 360.0));
+      ->check(number_range(-360, 360));
   subcommand
       .add_option("--elevation", request.elevation,
                   "Of the automatic camera, above the horizon; default: 22")
       ->type_name("DEGREES")
-      ->check(CLI::Range(-85.0, 85.0));
+      ->check(number_range(-85, 85));
   subcommand.add_flag("--edges", request.edges, "Thin lines along the edges of the triangles");
 }
 

@@ -93,6 +93,7 @@ void EnergyBalance::add(const StepReport& step, const std::optional<Energy>& ene
   if ((gains || suspect) && gain > gain_) {
     gain_ = gain;
     gain_time_ = step.time;
+    gain_at_play_ = at_play();
   }
   fatal_ = (suspect && suspect_) || (gains && moving_gain > explosion_factor * before) ||
            (gains && gain > sudden_factor * reference);

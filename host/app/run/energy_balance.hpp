@@ -45,6 +45,8 @@ class EnergyBalance {
   double gain() const { return gain_; }
   /// [s] end of its frame
   double gain_time() const { return gain_time_; }
+  /// [J] energy at play by then
+  double gain_at_play() const { return gain_at_play_; }
   /// [J] that a gain may come to now
   double bound() const;
 
@@ -71,7 +73,7 @@ class EnergyBalance {
   double lowest_ = 0;             ///< [J] energy less work
   double elastic_at_lowest_ = 0;  ///< [J]
   double quiet_ = 0;              ///< [J] moving_ and stored_ in the latest frame without a gain
-  double gain_ = 0, gain_time_ = 0;
+  double gain_ = 0, gain_time_ = 0, gain_at_play_ = 0;
   bool suspect_ = false, fatal_ = false;
 };
 

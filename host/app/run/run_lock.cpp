@@ -54,7 +54,7 @@ RunLock::RunLock(const std::filesystem::path& directory) {
   if (code != EWOULDBLOCK) fail_on(file, "lock", code);
   throw SceneError(directory.string(), "-o",
                    "a directory that another run is writing to" +
-                       (other.empty() ? std::string() : ", process " + other + ","),
+                       (other.empty() ? std::string() : ", process " + other),
                    "another directory, or this one once that run has ended");
 }
 

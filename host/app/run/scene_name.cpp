@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <system_error>
 #include <vector>
 
 #include "host/base/file_operations.hpp"
-#include "host/io/json/json_fields.hpp"
+#include "host/input/nearest_word.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -54,18 +55,14 @@ std::string find_scene(const std::string& given) {
 
   const std::string what =
       nlohmann::json(given).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-  std::string looked_for = "no file of that name";
-  if (is_folder(given)) looked_for = "a folder";
+  std::string looked_for = is_folder(given) ? "a folder, no file" : "no file of that name";
   if (!given.ends_with(".json")) looked_for += ", nor with .json";
   if (bare && !shipped.empty()) looked_for += ", nor in " + shipped.string();
-  std::vector<std::string> names = shipped_names(shipped);
-  std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
-    return io::edit_distance(name, a) < io::edit_distance(name, b);
-  });
+  const std::vector<std::string> names = shipped_names(shipped);
   throw SceneError("", "scene", what + " (" + looked_for + ")",
                    names.empty() ? std::string("the name of a scene file")
-                                 : fmt::format("a scene file, or one of the shipped scenes: {}",
-                                               fmt::join(names, ", ")));
+                                 : fmt::format("a scene file, or one of the shipped scenes: {}{}",
+                                               fmt::join(names, ", "), did_you_mean(name, names)));
 }
 
 }  // namespace weft::app

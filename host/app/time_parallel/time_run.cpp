@@ -30,6 +30,7 @@
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/base/file_operations.hpp"
+#include "host/input/counted.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/boundary_states.hpp"
 #include "host/time_parallel/slices.hpp"
@@ -372,10 +373,11 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
     show(stderr, "weft: warning: {}\n", limits);
   const bool preview =
       draws_preview(request_) && write_preview(directory_, last.scene(), meshes, last.time());
-  show(stdout, "{} frames in {}{}; {} slices, {} steps, {:.3g} wall s per simulated s, state {}\n",
-       frames.count() - 1, directory_.frames().string(),
-       preview ? ", preview " + directory_.preview().string() : "", slices, last.step_number(),
-       totals.wall / std::max(last.time(), 1e-300), hash_text(last.state_hash()));
+  show(stdout, "{} in {}{}; {}, {}, {:.3g} wall s per simulated s, state {}\n",
+       counted(frames.count() - 1, "frame"), directory_.frames().string(),
+       preview ? ", preview " + directory_.preview().string() : "", counted(slices, "slice"),
+       counted(last.step_number(), "step"), totals.wall / std::max(last.time(), 1e-300),
+       hash_text(last.state_hash()));
   return code;
 }
 

@@ -26,6 +26,7 @@
 #include "host/app/view/run_facts.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_operations.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/render/picture_values.hpp"
@@ -235,7 +236,7 @@ void view(const Request& request) {
   progress.end();
   const std::string page = player_page(shell, runs);
   write_file_atomically(output, page);
-  fmt::print("{} frame{} in {}, {:.1f} MB; open it in a browser\n", count, count == 1 ? "" : "s",
+  fmt::print("{} in {}, {:.1f} MB; open it in a browser\n", counted(count, "frame"),
              one_line(output.string()), static_cast<double>(page.size()) / 1e6);
 }
 

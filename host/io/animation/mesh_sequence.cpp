@@ -74,8 +74,10 @@ class NumberedFiles final : public MeshSequence {
     const int number = frames_[place];
     FrameMeshes meshes;
     meshes.joined = true;
-    meshes.cloths.push_back(
-        {"cloth", read(cloths_.at(number), uv_ == Uv::ignore ? uv_ : Uv::where_all)});
+    // Not Uv::material, with which polygons of one frame are split otherwise than those of another.
+    Mesh cloth = read(cloths_.at(number), uv_ == Uv::ignore ? uv_ : Uv::where_some);
+    if (uv_ != Uv::where_some) drop_incomplete_material(cloth);
+    meshes.cloths.push_back({"cloth", std::move(cloth)});
     const auto obstacle = obstacles_.find(number);
     const fs::path& file = obstacle != obstacles_.end() ? obstacle->second : still_;
     if (!file.empty()) meshes.obstacles.push_back({"obstacle", read(file, Uv::ignore)});
@@ -159,11 +161,12 @@ class CachedMeshes final : public MeshSequence {
   };
 
   void add(const Member& member, Uv uv) {
-    Part part{
-        {member.name, with_panels(read_mesh(member.topology, member.obstacle ? Uv::ignore : uv))},
-        member.obstacle,
-        nullptr,
-        read_cache_origin(member.topology)};
+    const bool with_uv = !member.obstacle && uv != Uv::ignore;
+    Part part{{member.name,
+               with_panels(read_mesh(member.topology, with_uv ? Uv::where_all : Uv::ignore))},
+              member.obstacle,
+              nullptr,
+              read_cache_origin(member.topology)};
     if (!member.cache.empty()) {
       part.cache = std::make_unique<PointCache>(member.cache);
       const auto count = static_cast<std::size_t>(part.cache->point_count());

@@ -8,6 +8,7 @@
 
 #include "host/base/file_operations.hpp"
 #include "host/geometry/local_origin.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/quantity.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/mesh/mesh_file.hpp"
@@ -39,8 +40,8 @@ void refuse_size(const std::string& file, std::size_t vertices, double frames) {
   if (bytes <= max_sequence_bytes) return;
   throw SceneError(
       file, "sequence",
-      std::to_string(static_cast<long long>(frames)) + " frames of " + std::to_string(vertices) +
-          " vertices, " + std::to_string(static_cast<long long>(bytes / (1 << 20))) + " MiB,",
+      counted(static_cast<long long>(frames), "frame") + " of " + counted(vertices, "vertex") +
+          ", " + std::to_string(static_cast<long long>(bytes / (1 << 20))) + " MiB",
       "up to " + std::to_string(static_cast<long long>(max_sequence_bytes / (1 << 20))) + " MiB");
 }
 
@@ -78,11 +79,11 @@ SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice&
     } else if (mesh.positions.size() != deformation->vertex_count() ||
                !same_triangles(mesh.triangles, surface.triangles)) {
       throw SceneError(path.string(), "mesh",
-                       std::to_string(mesh.positions.size()) + " vertices and " +
-                           std::to_string(mesh.triangles.size()) + " triangles",
+                       counted(mesh.positions.size(), "vertex") + " and " +
+                           counted(mesh.triangles.size(), "triangle"),
                        "the same mesh in every frame, here with " +
-                           std::to_string(deformation->vertex_count()) + " vertices and the " +
-                           std::to_string(surface.triangles.size()) + " triangles of " +
+                           counted(deformation->vertex_count(), "vertex") + " and the " +
+                           counted(surface.triangles.size(), "triangle") + " of " +
                            name.with(choice.first));
     }
     refuse_size(pattern.string(), mesh.positions.size(), frame + 1);
@@ -118,8 +119,8 @@ SampledSurface read_usd_sequence(const fs::path& path, const SequenceChoice& cho
     } else if (mesh.positions.size() != deformation->vertex_count() ||
                !same_triangles(mesh.triangles, surface.triangles)) {
       throw SceneError(path.string(), "time code " + short_number(time_of(k)),
-                       std::to_string(mesh.positions.size()) + " vertices and " +
-                           std::to_string(mesh.triangles.size()) + " triangles",
+                       counted(mesh.positions.size(), "vertex") + " and " +
+                           counted(mesh.triangles.size(), "triangle"),
                        "the same mesh at all time codes");
     }
     refuse_far(path.string(), k, mesh.positions);

@@ -9,7 +9,9 @@
 #include <string>
 #include <utility>
 
+#include "host/input/nearest_word.hpp"
 #include "host/input/safe_text.hpp"
+#include "host/io/json/experimental_paths.hpp"
 #include "host/io/json/json_document.hpp"
 #include "weft/error.hpp"
 
@@ -21,8 +23,6 @@ using nlohmann::json;
 constexpr std::size_t max_shown = 80;
 constexpr std::ptrdiff_t max_words = 40;
 constexpr std::size_t max_reason = 400;
-/// A word of so many characters stands for a longer one that begins with it.
-constexpr std::size_t begun_least = 4;
 
 const json empty_object = json::object();
 
@@ -104,45 +104,6 @@ json parse_json(std::string_view text, const std::string& file) {
   }
 }
 
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::swap(before, above);
-    std::swap(above, row);
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const bool same = a[i - 1] == b[j - 1];
-      row[j] = std::min({above[j] + 1, row[j - 1] + 1, above[j - 1] + (same ? 0 : 1)});
-      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
-      if (swapped) row[j] = std::min(row[j], before[j - 2] + 1);
-    }
-  }
-  return row[b.size()];
-}
-
-std::optional<std::string> nearest_word(const std::string& word,
-                                        const std::vector<std::string>& known) {
-  std::optional<std::string> best;
-  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
-  if (word.size() > 64) return best;
-  for (const std::string& candidate : known) {
-    const bool begun = word.size() >= begun_least && candidate.starts_with(word);
-    const std::size_t distance = begun ? 1 : edit_distance(word, candidate);
-    // A word changed throughout is no slip.
-    if (distance < best_distance && distance < candidate.size()) {
-      best_distance = distance;
-      best = candidate;
-    }
-  }
-  return best;
-}
-
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
-  const auto nearest = nearest_word(word, known);
-  return nearest ? "; did you mean \"" + *nearest + "\"?" : "";
-}
-
 std::string short_text(const json& value) {
   std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
   if (text.size() > max_shown) text = text.substr(0, max_shown) + "...";
@@ -219,8 +180,10 @@ Fields::Fields(const json& in, json& out, const std::string& file, std::string p
       throw SceneError(file, path_of(key), "a name of version 0.1",
                        "its new name, \"" + *now + "\"");
     const std::string shown = short_text(json(key));
+    std::erase_if(keys, [this](const std::string& known) { return is_hidden(path_of(known)); });
     throw SceneError(file, path_of(shown.substr(1, shown.size() - 2)), "unknown key",
-                     joined(keys) + did_you_mean(key, keys));
+                     keys.empty() ? "no key: --experimental sets such values"
+                                  : joined(keys) + did_you_mean(key, keys));
   }
 }
 
@@ -503,10 +466,10 @@ std::string Fields::one_of(const std::vector<std::string>& keys) const {
   for (const std::string& key : keys)
     if (has(key)) present.push_back(key);
   if (present.size() != 1)
-    throw SceneError(*file_, path_.empty() ? "scene" : path_,
-                     present.empty() ? "none of " + joined(keys)
-                                     : "more than one of them, " + joined(present) + ",",
-                     "one of " + joined(keys));
+    throw SceneError(
+        *file_, path_.empty() ? "scene" : path_,
+        present.empty() ? "none of " + joined(keys) : "more than one of them, " + joined(present),
+        "one of " + joined(keys));
   return present.front();
 }
 

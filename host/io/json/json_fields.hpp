@@ -24,18 +24,6 @@ namespace weft::io {
 /// @throws SceneError with line and column; also for a key given twice and for absurd nesting
 nlohmann::json parse_json(std::string_view text, const std::string& file);
 
-/// How many characters have to be put in, left out or changed, and neighbours swapped, to make one
-/// word of the other (Damerau 1964; no part is edited twice).
-std::size_t edit_distance(const std::string& a, const std::string& b);
-
-/// Known word closest to `word`, if it is close enough to be a slip of the keyboard, or begins with
-/// it.
-std::optional<std::string> nearest_word(const std::string& word,
-                                        const std::vector<std::string>& known);
-
-/// "; did you mean "thickness"?", or nothing if no known word is near.
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& known);
-
 /// Value as one short line for a message.
 std::string short_text(const nlohmann::json& value);
 

@@ -77,9 +77,10 @@ void apply_override(json& scene, const std::string& override_text, const std::st
       const auto index = as_place(token);
       if (!index || *index >= place->size())
         throw SceneError(file, "--set " + walked, short_text(json(token)),
-                         place->empty() ? "nothing, " + here + " is empty"
-                                        : "0 to " + std::to_string(place->size() - 1) +
-                                              ", the places in " + here);
+                         place->empty()       ? "nothing, " + here + " is empty"
+                         : place->size() == 1 ? "0, the only place in " + here
+                                              : "0 to " + std::to_string(place->size() - 1) +
+                                                    ", the places in " + here);
       place = &(*place)[*index];
     } else if (place->is_object()) {
       place = &(*place)[token];

@@ -77,6 +77,13 @@ Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& 
   return read_with_assimp(path, uv, folders);
 }
 
+void drop_incomplete_material(Mesh& mesh) {
+  const auto& corners = mesh.material_triangles;
+  if (std::none_of(corners.begin(), corners.end(), [](const Tri& t) { return t.v[0] < 0; })) return;
+  mesh.material.clear();
+  mesh.material_triangles.clear();
+}
+
 Mesh joined(const std::vector<NamedMesh>& meshes) {
   Mesh all;
   bool with_material = !meshes.empty();

@@ -48,16 +48,18 @@ Mesh joined(const std::vector<NamedMesh>& meshes);
 /// What to do with the texture coordinates of a file.
 enum class Uv {
   material,   ///< material coordinates [m]; a vertex on a seam has several
-  where_all,  ///< the same if every corner has them, else none: pictures, conversions
-  ignore      ///< not wanted, so that seams do no harm: obstacles
+  where_all,  ///< the same if every corner has them, else none
+  /// The same for the faces of an .obj that have them; the others have corners of -1.
+  where_some,
+  ignore  ///< not wanted, so that seams do no harm: obstacles
 };
 
 /// Reads a mesh; the ending says which format: .obj, .ply (ascii or binary), anything else through
 /// assimp. Vertices keep their number and order (formats that store a vertex once a
 /// triangle, such as .stl, have equal positions joined). Polygons become fans; those of an .obj
-/// with Uv::material around the corner that gives the largest smallest angle, else the first. All
-/// objects of a file are one mesh. No file, however broken, makes it crash or allocate more than a
-/// small multiple of the file's size.
+/// with Uv::material and Uv::where_all around the corner that gives the largest smallest angle,
+/// else the first. All objects of a file are one mesh. No file, however broken, makes it crash or
+/// allocate more than a small multiple of the file's size.
 /// @return [m] positions finite, indices in range, at least one triangle; material empty if the
 ///         file has no texture coordinates or they are ignored; material_triangles empty unless a
 ///         vertex has several. Groups are the materials of faces, or else the names of groups or
@@ -74,6 +76,9 @@ Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& 
 inline Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material) {
   return read_mesh(path, uv, ReadableFolders(path));
 }
+
+/// Drops the material coordinates of Uv::where_some unless all corners have them.
+void drop_incomplete_material(Mesh& mesh);
 
 /// Whether a file gets normals at the vertices, as vertex_normals() says.
 enum class Normals { none, vertex };

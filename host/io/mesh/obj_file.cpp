@@ -72,6 +72,8 @@ class ObjReader {
   ObjReader(const std::string& file, Uv uv) : file_(file), uv_(uv) {}
 
   Mesh read(std::string_view bytes) {
+    constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+    if (bytes.starts_with(byte_order_mark)) bytes.remove_prefix(byte_order_mark.size());
     while (!bytes.empty()) {
       ++line_number_;
       const std::size_t end = std::min(bytes.find('\n'), bytes.size());
@@ -224,17 +226,17 @@ class ObjReader {
       corners_.push_back(read_corner(word));
     if (corners_.size() < 3) refuse("f", whole, "at least three corners");
     if (mesh_.triangles.size() + corners_.size() > max_entries) refuse("f", whole, "fewer faces");
-    if (uv_ != Uv::ignore)
-      for (const Corner& corner : corners_) note_texture(corner);
+    if (uv_ != Uv::ignore) note_textures();
     finish_label();
     face_begin_ = mesh_.triangles.size();
-    if (uv_ == Uv::material) turn_to_best_corner();
+    if (uv_ == Uv::material || uv_ == Uv::where_all) turn_to_best_corner();
     for (std::size_t k = 2; k < corners_.size(); ++k) {
       const Corner& a = corners_[0];
       const Corner& b = corners_[k - 1];
       const Corner& c = corners_[k];
       mesh_.triangles.push_back({{a.vertex, b.vertex, c.vertex}});
-      if (with_texture_) mesh_.material_triangles.push_back({{a.texture, b.texture, c.texture}});
+      if (uv_ != Uv::ignore)
+        mesh_.material_triangles.push_back({{a.texture, b.texture, c.texture}});
       groups_.add_triangle();
       parts_.add_triangle();
       objects_.add_triangle();
@@ -318,20 +320,26 @@ class ObjReader {
     mesh_.group_names = std::move(used);
   }
 
-  void note_texture(const Corner& corner) {
-    if (!any_face_) with_texture_ = corner.texture >= 0;
-    any_face_ = true;
-    if (with_texture_ == (corner.texture >= 0)) return;
-    mixed_ = true;
-    if (uv_ == Uv::material)
-      refuse("f", with_texture_ ? "corner without texture coordinate" : "texture coordinate",
+  /// A face with texture coordinates at some corners has none.
+  void note_textures() {
+    const auto textured = static_cast<std::size_t>(std::count_if(
+        corners_.begin(), corners_.end(), [](const Corner& c) { return c.texture >= 0; }));
+    const bool all = textured == corners_.size();
+    const bool mixed = (textured > 0 && !all) || (all ? without_texture_ : with_texture_);
+    if (mixed && uv_ == Uv::material)
+      refuse("f", all ? "texture coordinates" : "corner without texture coordinate",
              "texture coordinates at all corners of the file or at none");
+    (all ? with_texture_ : without_texture_) = true;
+    if (all) return;
+    for (Corner& corner : corners_) corner.texture = -1;
   }
 
   /// One pair a vertex where that is all there is to say; else the pairs as the file has them.
   void finish_material() {
-    if (mixed_) mesh_.material_triangles.clear();
-    if (!with_texture_ || mixed_) return;
+    const bool some = with_texture_ && without_texture_ && uv_ == Uv::where_some;
+    if (some) mesh_.material = std::move(textures_);
+    if (!some && (!with_texture_ || without_texture_)) mesh_.material_triangles.clear();
+    if (!with_texture_ || without_texture_) return;
     std::vector<Index> texture_of(mesh_.positions.size(), -1);
     bool seam = false;
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
@@ -372,9 +380,8 @@ class ObjReader {
   bool with_groups_ = false;
   std::map<std::string, std::string> panel_labels_;  ///< by the panel's name
   Index label_group_ = -1;                           ///< of the last face; -1: it has no label
-  bool any_face_ = false;
-  bool with_texture_ = false;
-  bool mixed_ = false;
+  bool with_texture_ = false;                        ///< some face has texture coordinates
+  bool without_texture_ = false;                     ///< some face has none
 };
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/base/file_operations.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/quantity.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/error.hpp"
@@ -81,10 +82,10 @@ PointCacheHeader read_header(const fs::path& path, int file) {
   const std::uint64_t present = (bytes - std::min<std::uint64_t>(bytes, sizeof raw)) /
                                 (static_cast<std::uint64_t>(header.point_count) * point_bytes);
   if (static_cast<std::uint64_t>(header.sample_count) > present)
-    throw SceneError(path.string(), "samples",
-                     std::to_string(header.sample_count) + " of " +
-                         std::to_string(header.point_count) + " points",
-                     "at most " + std::to_string(present) + ", which is what the file holds");
+    throw SceneError(
+        path.string(), "samples",
+        std::to_string(header.sample_count) + " of " + counted(header.point_count, "point"),
+        "at most " + std::to_string(present) + ", which is what the file holds");
   return header;
 }
 
@@ -140,7 +141,7 @@ void PointCache::read(Index sample, Span<Vec3<double>> out) const {
   const std::size_t size = raw.size() * sizeof(float);
   if (read_at(path_, file_.number(), sample_offset(header_, sample), raw.data(), size) != size)
     throw SceneError(path_.string(), "sample " + std::to_string(sample), "end of file",
-                     std::to_string(header_.point_count) + " points");
+                     counted(header_.point_count, "point"));
   for (std::size_t v = 0; v < out.size(); ++v)
     for (int k = 0; k < 3; ++k) {
       const float x = raw[3 * v + static_cast<std::size_t>(k)];

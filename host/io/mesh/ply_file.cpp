@@ -11,6 +11,7 @@
 
 #include "host/geometry/vertex_normals.hpp"
 #include "host/input/checker.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "host/io/mesh/ply_face_labels.hpp"
@@ -210,7 +211,7 @@ class PlyReader {
   void check_count(const Element& element) const {
     if (element.count == 0) return;
     const std::string field = "element " + quoted_start(element.name);
-    const std::string value = std::to_string(element.count) + " rows";
+    const std::string value = counted(element.count, "row");
     if (element.properties.empty()) refuse(field, value + " without properties", "properties");
     std::uint64_t row = 0;
     for (const Property& p : element.properties)
@@ -245,7 +246,7 @@ class PlyReader {
     return "element " + quoted_start(element.name) + " row " + std::to_string(row);
   }
   [[noreturn]] void refuse_end(const Element& element, std::uint64_t row) const {
-    refuse(place(element, row), "end of file", std::to_string(element.count) + " rows");
+    refuse(place(element, row), "end of file", counted(element.count, "row"));
   }
 
   std::size_t next_length(const Property& property, const Element& element, std::uint64_t row) {
@@ -344,8 +345,7 @@ class PlyReader {
 
   void read_corners(const Property& property, const Element& element, std::uint64_t row) {
     const std::size_t length = next_length(property, element, row);
-    if (length < 3)
-      refuse(place(element, row), std::to_string(length) + " corners", "at least three");
+    if (length < 3) refuse(place(element, row), counted(length, "corner"), "at least three");
     if (mesh_.triangles.size() + length > max_entries)
       refuse(place(element, row), "too many triangles", "fewer");
     corners_.clear();
@@ -382,7 +382,7 @@ class PlyReader {
   void add_face(const Face& face, const Element& element, std::uint64_t row) {
     const bool textured = with_wedges_ && wedges_.size() == 2 * corners_.size();
     if (with_wedges_ && !textured && uv_ == Uv::material)
-      refuse(place(element, row) + " texcoord", std::to_string(wedges_.size()) + " numbers",
+      refuse(place(element, row) + " texcoord", counted(wedges_.size(), "number"),
              std::to_string(2 * corners_.size()) + ", two for each corner");
     if (!textured) with_wedges_ = false;
     for (std::size_t k = 2; k < corners_.size(); ++k) {

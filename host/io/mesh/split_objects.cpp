@@ -11,13 +11,15 @@ namespace weft::io {
 namespace {
 
 /// Group of each entry that triangles refer to.
-/// @param count of entries
+/// @param triangles with corners of -1 where they refer to none
+/// @param count     of entries
 /// @return nothing if one belongs to several groups, or to none
 std::optional<std::vector<Index>> owners(const std::vector<Tri>& triangles,
                                          const std::vector<Index>& group, std::size_t count) {
   std::vector<Index> owner(count, -1);
   for (std::size_t t = 0; t < triangles.size(); ++t)
     for (const Index v : triangles[t].v) {
+      if (v < 0) continue;
       if (owner[at(v)] >= 0 && owner[at(v)] != group[t]) return {};
       owner[at(v)] = group[t];
     }
@@ -41,7 +43,19 @@ std::vector<Index> hand_out(const std::vector<Value>& values, const std::vector<
 }
 
 Tri renumbered(const Tri& tri, const std::vector<Index>& number) {
-  return {{number[at(tri.v[0])], number[at(tri.v[1])], number[at(tri.v[2])]}};
+  const auto of = [&](Index v) { return v < 0 ? v : number[at(v)]; };
+  return {{of(tri.v[0]), of(tri.v[1]), of(tri.v[2])}};
+}
+
+/// Drops material coordinates that not all corners have, and corners in material space that say no
+/// more than the triangles do.
+void finish_material(Mesh& mesh) {
+  drop_incomplete_material(mesh);
+  const auto same = [](const Tri& a, const Tri& b) { return std::equal(a.v, a.v + 3, b.v); };
+  if (mesh.material.size() == mesh.positions.size() &&
+      std::equal(mesh.material_triangles.begin(), mesh.material_triangles.end(),
+                 mesh.triangles.begin(), mesh.triangles.end(), same))
+    mesh.material_triangles.clear();
 }
 
 }  // namespace
@@ -51,6 +65,7 @@ std::vector<NamedMesh> split_objects(NamedMesh joined) {
   const auto whole = [&] {
     std::vector<NamedMesh> one;
     one.push_back(std::move(joined));
+    finish_material(one.front().mesh);
     return one;
   };
   const bool with_panels = !mesh.object.empty();
@@ -90,6 +105,7 @@ std::vector<NamedMesh> split_objects(NamedMesh joined) {
     own.group.push_back(mesh.group[t]);
     if (!mesh.part.empty()) own.part.push_back(mesh.part[t]);
   }
+  for (NamedMesh& each : parts) finish_material(each.mesh);
   return parts;
 }
 

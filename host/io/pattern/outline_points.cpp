@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "host/input/counted.hpp"
 #include "host/io/pattern/outline_file.hpp"
 #include "weft/error.hpp"
 
@@ -99,7 +100,7 @@ bool unfold(OutlinePoints& outline, const Vec2<double>& a, const Vec2<double>& b
 void take_outline(const OutlinePoints& outline, const std::string& file, const std::string& field,
                   PatternPanel& panel) {
   const std::size_t n = outline.points.size();
-  if (n < 3) throw SceneError(file, field, std::to_string(n) + " points", "at least 3");
+  if (n < 3) throw SceneError(file, field, counted(n, "point"), "at least 3");
   std::vector<std::size_t> corners;
   for (std::size_t k = 0; k < n; ++k)
     if (outline.corner[k] != 0) corners.push_back(k);
@@ -110,7 +111,7 @@ void take_outline(const OutlinePoints& outline, const std::string& file, const s
     std::sort(corners.begin(), corners.end());
   }
   if (corners.size() > most_outline_corners)
-    throw SceneError(file, field, std::to_string(corners.size()) + " corners",
+    throw SceneError(file, field, counted(corners.size(), "corner"),
                      "up to " + std::to_string(most_outline_corners));
   for (std::size_t c = 0; c < corners.size(); ++c) {
     const std::size_t next = (c + 1) % corners.size();

@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "host/input/counted.hpp"
 #include "host/input/readable_folders.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/json/json_fields.hpp"
@@ -58,7 +59,7 @@ double in_metres(const Fields& fields, const std::string& key, double value, dou
 void read_vertices(Fields& fields, const FileSettings& settings, PatternPanel& panel) {
   const auto given = fields.number_lists("vertices", 2, 2);
   if (given.size() < 2 || given.size() > most_corners)
-    fields.refuse("vertices", std::to_string(given.size()) + " vertices",
+    fields.refuse("vertices", counted(given.size(), "vertex"),
                   "2 to " + std::to_string(most_corners));
   for (std::size_t k = 0; k < given.size(); ++k) {
     const std::string key = "vertices[" + std::to_string(k) + "]";
@@ -114,7 +115,7 @@ void read_bezier(Fields& fields, const std::string& key, std::size_t count,
                  const FileSettings& settings, const PatternPanel& panel, PatternEdge& edge) {
   const auto given = fields.number_lists(key, 2, 2);
   if (given.size() != count)
-    fields.refuse(key, std::to_string(given.size()) + " points", std::to_string(count));
+    fields.refuse(key, counted(given.size(), "point"), std::to_string(count));
   edge.shape = PatternEdge::Shape::bezier;
   for (const std::vector<double>& point : given)
     edge.controls.push_back(control_point(fields, point, settings, panel, edge));
@@ -147,8 +148,7 @@ void read_edges(Fields& fields, const json& given, const FileSettings& settings,
                 PatternPanel& panel) {
   std::vector<Fields> entries = fields.objects("edges", {});
   if (entries.size() < 2 || entries.size() > most_corners)
-    fields.refuse("edges", std::to_string(entries.size()) + " edges",
-                  "2 to " + std::to_string(most_corners));
+    fields.refuse("edges", counted(entries.size(), "edge"), "2 to " + std::to_string(most_corners));
   const auto last = static_cast<std::int64_t>(panel.vertices.size()) - 1;
   for (std::size_t k = 0; k < entries.size(); ++k) {
     const auto ends = entries[k].integers("endpoints", 0, last, 2);
@@ -172,7 +172,7 @@ void read_edges(Fields& fields, const json& given, const FileSettings& settings,
                            "an outline that is open: edge " + std::to_string(k) +
                                " ends at vertex " + std::to_string(panel.edges[k].to) + ", edge " +
                                std::to_string(next) + " begins at vertex " +
-                               std::to_string(panel.edges[next].from) + ",",
+                               std::to_string(panel.edges[next].from),
                            "edges that each begin where the one before ends");
   }
 }
@@ -335,7 +335,7 @@ SewingPattern read_sewing_pattern(const json& document, const std::string& file)
     pattern.panels.push_back(read_panel(panels, given.at(name), name, settings, outlines.get()));
   }
   if (pattern.panels.empty() || pattern.panels.size() > most_panels)
-    fields.refuse("panels", std::to_string(pattern.panels.size()) + " panels",
+    fields.refuse("panels", counted(pattern.panels.size(), "panel"),
                   "1 to " + std::to_string(most_panels));
   read_stitches(fields, document.at("pattern"), numbers, pattern);
   return pattern;

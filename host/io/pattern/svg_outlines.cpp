@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/pattern/outline_file.hpp"
 #include "host/io/pattern/svg_path.hpp"
@@ -211,8 +212,7 @@ class SvgOutlines final : public OutlineFile {
                        "the id, or the label of Inkscape, of a closed path");
     const std::vector<SvgSubpath> paths = parse_svg_path(shape->path, shape->where);
     if (paths.size() != 1)
-      throw SceneError(shape->where, "d", std::to_string(paths.size()) + " subpaths",
-                       "one outline");
+      throw SceneError(shape->where, "d", counted(paths.size(), "subpath"), "one outline");
     if (!paths.front().closed)
       throw SceneError(shape->where, "d", "an outline that is open",
                        "a path with Z, or one that ends where it begins");
@@ -220,8 +220,7 @@ class SvgOutlines final : public OutlineFile {
     panel.name = name;
     for (const SvgSegment& segment : paths.front().segments) add_edge(*shape, segment, panel);
     if (panel.edges.size() < 2)
-      throw SceneError(shape->where, "d", std::to_string(panel.edges.size()) + " edges",
-                       "at least 2");
+      throw SceneError(shape->where, "d", counted(panel.edges.size(), "edge"), "at least 2");
     panel.edges.back().to = 0;
     if (const SvgShape* grain = find(name + "-grain")) {
       const std::vector<SvgSubpath> line = parse_svg_path(grain->path, grain->where);

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/pattern/outline_file.hpp"
 #include "weft/error.hpp"
@@ -261,7 +262,7 @@ SvgTransform parse_svg_transform(std::string_view text, const std::string& where
       one.m = {1, std::tan(degrees(v[0])), 0, 1, 0, 0};
     } else {
       throw SceneError(
-          where, "transform", one_line(kind) + " with " + std::to_string(n) + " numbers",
+          where, "transform", one_line(kind) + " with " + counted(n, "number"),
           "matrix with 6, translate or scale with 1 or 2, rotate with 1 or 3, skewX or "
           "skewY with 1");
     }

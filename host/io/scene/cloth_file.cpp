@@ -1,5 +1,6 @@
 #include "host/io/scene/cloth_file.hpp"
 #include "host/geometry/aabb.hpp"
+#include "weft/core/at.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -134,15 +135,24 @@ void repair_from_file(Mesh& mesh, const std::filesystem::path& path, double leas
 void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::string& field,
                   Scene& scene) {
   const Vec3<double>& g = scene.gravity;
-  const bool falls_along_z = std::abs(g[2]) > std::max(std::abs(g[0]), std::abs(g[1]));
   const Vec3<double> size = aabb_of(mesh.positions).size();
-  const bool upright = size[1] >= 1.5 * size[0] && size[1] >= 2.5 * size[2] &&
-                       std::min(size[0], size[2]) >= 0.08 * size[1];
-  if (!falls_along_z || !upright || transform.rotation_angle != 0) return;
-  scene.warnings.push_back(field + ": it is " + rounded_text(size[1]) + " m long along y and " +
-                           rounded_text(size[2]) +
-                           " m along z, while gravity acts along z; if y is up in its file, "
-                           "\"up\": \"y\" puts it upright");
+  const auto lies = [&](int longest, int fall) {
+    const double other = size[3 - longest - fall];
+    return std::abs(g[fall]) > std::max(std::abs(g[longest]), std::abs(g[3 - longest - fall])) &&
+           size[longest] >= 1.5 * other && size[longest] >= 2.5 * size[fall] &&
+           std::min(other, size[fall]) >= 0.08 * size[longest];
+  };
+  constexpr int y = 1, z = 2;
+  if ((!lies(y, z) && !lies(z, y)) || transform.rotation_angle != 0) return;
+  const auto text = [&](int longest, int fall) {
+    const std::string names = "xyz";
+    return field + ": it is " + rounded_text(size[longest]) + " m long along " +
+           names[at(longest)] + " and " + rounded_text(size[fall]) + " m along " + names[at(fall)] +
+           ", while gravity acts along " + names[at(fall)];
+  };
+  scene.warnings.push_back(
+      lies(y, z) ? text(y, z) + "; if y is up in its file, \"up\": \"y\" puts it upright"
+                 : text(z, y) + "; if z is up, leave gravity out");
 }
 
 void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,

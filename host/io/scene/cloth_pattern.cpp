@@ -1,4 +1,5 @@
 #include "host/io/scene/cloth_pattern.hpp"
+#include "host/input/counted.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -103,7 +104,7 @@ void read_ribbon_path(Fields& fields, Ribbon& ribbon) {
     ribbon.path.push_back(point);
   }
   if (ribbon.path.size() < 2 || ribbon.path.size() > max_ribbon_points)
-    fields.refuse("path", std::to_string(ribbon.path.size()) + " points",
+    fields.refuse("path", counted(ribbon.path.size(), "point"),
                   "2 to " + std::to_string(max_ribbon_points) + " points");
 }
 

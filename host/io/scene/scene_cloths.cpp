@@ -6,6 +6,7 @@
 
 #include "host/geometry/aabb.hpp"
 #include "host/geometry/mesh_check.hpp"
+#include "host/input/counted.hpp"
 #include "host/io/scene/cloth_file.hpp"
 #include "host/io/scene/cloth_pattern.hpp"
 #include "host/io/scene/file_axes.hpp"
@@ -104,11 +105,11 @@ void check_rest(const ClothEntry& entry, const Mesh& mesh) {
                      wanted + " of cloth \"" + entry.name + "\", whose rest shape it is");
   };
   if (entry.rest.positions.size() != mesh.positions.size())
-    refuse("vertices", std::to_string(entry.rest.positions.size()) + " vertices",
-           "the " + std::to_string(mesh.positions.size()) + " vertices");
+    refuse("vertices", counted(entry.rest.positions.size(), "vertex"),
+           "the " + counted(mesh.positions.size(), "vertex"));
   if (entry.rest.triangles.size() != mesh.triangles.size())
-    refuse("triangles", std::to_string(entry.rest.triangles.size()) + " triangles",
-           "the " + std::to_string(mesh.triangles.size()) + " triangles");
+    refuse("triangles", counted(entry.rest.triangles.size(), "triangle"),
+           "the " + counted(mesh.triangles.size(), "triangle"));
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (!std::equal(mesh.triangles[t].v, mesh.triangles[t].v + 3, entry.rest.triangles[t].v))
       refuse("triangles", "another triangle " + std::to_string(t),

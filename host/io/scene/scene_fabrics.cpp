@@ -35,7 +35,7 @@ void name_material(json& owner, bool by_panel, const std::string& file, const st
   const json given = owner;
   Fields fields(given, scratch, file, path, {});
   if (given.contains("fabric") && given.contains("material"))
-    fields.refuse("fabric", "a value that stands alone, without material");
+    fields.refuse("fabric", "fabric or material, not both");
   const std::vector<std::string> names = fabric_names();
   if (by_panel && fields.is_object("fabric")) {
     Fields panels = fields.object("fabric", {});

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host/io/json/experimental_paths.hpp"
 #include "weft/scene.hpp"
 
 /// Scene files: JSON with `//` comments, described by scenes/scene.schema.json.
@@ -33,9 +34,6 @@ SceneFile read_scene_file(const std::filesystem::path& path,
                           const std::vector<std::string>& overrides = {},
                           const std::vector<std::string>& allowed = {},
                           const std::vector<std::string>& experimental = {});
-
-/// Whether `--experimental` sets the path, which then is no key of scenes.
-bool is_experimental(std::string_view path);
 
 /// "path=value" each, as `--set` and as `--experimental` take them.
 struct Settings {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
+#include "host/input/nearest_word.hpp"
 #include "host/input/quantity.hpp"
 #include "host/io/pattern/arm_clearance.hpp"
 #include "host/io/pattern/pattern_file.hpp"

@@ -8,6 +8,7 @@
 #include "host/geometry/mesh_check.hpp"
 #include "host/geometry/mesh_repair.hpp"
 #include "host/geometry/outline.hpp"
+#include "host/input/counted.hpp"
 #include "host/io/scene/file_axes.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/io/usd/surface_file.hpp"
@@ -68,7 +69,7 @@ Mesh read_revolution(Fields& fields, double edge) {
     widest = std::max(widest, point[0]);
   }
   if (shape.profile.size() > max_profile_points)
-    revolution.refuse("profile", std::to_string(shape.profile.size()) + " points",
+    revolution.refuse("profile", counted(shape.profile.size(), "point"),
                       "up to " + std::to_string(max_profile_points) + " points");
   shape.closed = revolution.boolean("closed", false);
   if (!can_revolve(shape))

@@ -62,8 +62,9 @@ nlohmann::json read_experimental(nlohmann::json& document, Scene& scene);
 /// Removes the values that are no keys of scenes from a resolved scene.
 void hide_experimental(nlohmann::json& resolved);
 
-/// Warns of a mesh that stands upright along y while gravity acts along z: at least 1.5 times as
-/// tall as wide in x and 2.5 times as in z, but not flat, and nothing turns it.
+/// Warns of a mesh that stands upright along y while gravity acts along z, or the other way round:
+/// at least 1.5 times as tall as wide in x and 2.5 times as along gravity, but not flat, and
+/// nothing turns it.
 /// @param field of the mesh, for the message
 void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::string& field,
                   Scene& scene);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "host/geometry/nearest_pairs.hpp"
+#include "host/input/counted.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/io/scene/scene_selection.hpp"
 #include "host/scene/seams/seam_pairing.hpp"
@@ -116,7 +117,7 @@ void pair_lengths(const Fields& fields, const std::string& key, SewnMeshes& mesh
                   const std::array<std::vector<Index>, 2>* given = nullptr) {
   const SewnRows sides(seam, meshes);
   const std::string counts = std::to_string(seam.vertices[0].size()) + " and " +
-                             std::to_string(seam.vertices[1].size()) + " vertices";
+                             counted(seam.vertices[1].size(), "vertex");
   std::array<VertexChain, 2> chains;
   for (std::size_t side = 0; side < 2; ++side) {
     std::optional<VertexChain> chain = chain_of(*sides.mesh[side], seam.vertices[side]);

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "host/geometry/mesh_groups.hpp"
+#include "host/input/nearest_word.hpp"
 #include "weft/shapes.hpp"
 
 namespace weft::io {

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "host/base/file_operations.hpp"
+#include "host/input/counted.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "weft/error.hpp"
@@ -145,7 +146,7 @@ class MeshReader {
     left_handed_ = prim_.left_handed != prim_.placement.mirrors();
     add_fans(mesh_.triangles, corners_);
     add_labels();
-    if (uv == Uv::material && !prim_.st.samples.empty()) read_material();
+    if ((uv == Uv::material || uv == Uv::where_some) && !prim_.st.samples.empty()) read_material();
     return std::move(mesh_);
   }
 
@@ -162,12 +163,11 @@ class MeshReader {
   void check_topology() const {
     std::size_t corners = 0;
     for (const Index count : counts_) {
-      if (count < 3)
-        refuse("faceVertexCounts", std::to_string(count) + " corners", "at least three");
+      if (count < 3) refuse("faceVertexCounts", counted(count, "corner"), "at least three");
       corners += static_cast<std::size_t>(count);
     }
     if (corners != corners_.size())
-      refuse("faceVertexIndices", std::to_string(corners_.size()) + " corners",
+      refuse("faceVertexIndices", counted(corners_.size(), "corner"),
              std::to_string(corners) + ", as faceVertexCounts says");
     if (corners_.empty()) refuse("faceVertexCounts", "no faces", "at least one");
     check_range("faceVertexIndices", corners_, mesh_.positions.size());

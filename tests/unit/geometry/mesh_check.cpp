@@ -87,11 +87,21 @@ const std::vector<Case>& cases() {
          m.positions[3] = {0.5, 0.5 + 1e-9, 0};
        },
        "triangles", "zero area in world space (triangle 1)"},
+      {"out of range",
+       [](Mesh& m) {
+         m.positions[3] = {0.5, 1e39, 0};
+       },
+       "positions", "coordinates out of range (vertex 3: 1e39)"},
       {"flat in material",
        [](Mesh& m) {
          m.material[3] = {0.5, 0.5};
        },
        "material", "zero area in material space (triangle 1)"},
+      {"material out of range",
+       [](Mesh& m) {
+         m.material[3] = {0.5, 1e39};
+       },
+       "material", "coordinates out of range (vertex 3: 1e39)"},
       {"inverted",
        [](Mesh& m) {
          m.material[3] = {1, 0.5};
@@ -128,7 +138,7 @@ TEST(MeshCheck, MaterialIsForClothOnly) {
 TEST(MeshCheck, ListsTheFirstFewOfMany) {
   Mesh mesh = make_grid({1, 1}, {10, 10}, Diagonals::same);
   for (Vec2<double>& u : mesh.material) u[0] = -u[0];
-  EXPECT_NE(refusal(mesh).find("triangle 0, 1, 2, 3, 4 and 195 more"), std::string::npos)
+  EXPECT_NE(refusal(mesh).find("triangles 0, 1, 2, 3, 4 and 195 more"), std::string::npos)
       << refusal(mesh);
 }
 

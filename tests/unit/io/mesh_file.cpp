@@ -204,6 +204,12 @@ TEST(Obj, SeamsGiveCornersOfTheirOwnUnlessUvAreIgnored) {
   EXPECT_TRUE(ignored.material_triangles.empty());
 }
 
+TEST(Obj, MayBeginWithAByteOrderMark) {
+  EXPECT_EQ(parse_obj("\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a.obj", Uv::material)
+                .positions.size(),
+            3u);
+}
+
 TEST(Obj, TakesUvOfSomeFacesForNoneWhereThatWillDo) {
   const char* mixed =
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 1 3 4\n";
@@ -212,6 +218,14 @@ TEST(Obj, TakesUvOfSomeFacesForNoneWhereThatWillDo) {
   EXPECT_TRUE(mesh.material.empty());
   EXPECT_TRUE(mesh.material_triangles.empty());
   EXPECT_THROW(parse_obj(mixed, "a.obj", Uv::material), SceneError);
+  Mesh some = parse_obj(mixed, "a.obj", Uv::where_some);
+  EXPECT_EQ(some.material.size(), 3u);
+  ASSERT_EQ(some.material_triangles.size(), 2u);
+  EXPECT_EQ(some.material_triangles[0].v[2], 2);
+  EXPECT_EQ(some.material_triangles[1].v[2], -1);
+  drop_incomplete_material(some);
+  EXPECT_TRUE(some.material.empty());
+  EXPECT_TRUE(some.material_triangles.empty());
 }
 
 TEST(Obj, GroupsOfFaces) {

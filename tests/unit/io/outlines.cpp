@@ -236,7 +236,7 @@ TEST(DxfOutlines, WrongFilesGetOneLine) {
   expect_refusal(read(dxf(block("P", polyline(1, {{0, 0}, {1, 1}})))), "block P: 2 points");
   expect_refusal(read(dxf(block("P", polyline(2, rectangle)))), "blocks: no piece");
   expect_refusal(read(dxf(block("Q", polyline(1, rectangle)))),
-                 "no piece of this name is not allowed; allowed: one of Q");
+                 "no piece of this name; allowed: one of Q");
   expect_refusal(read(dxf(block("P", polyline(1, {{0, 0}, {1000000, 0}, {0, 9}})))),
                  "beyond 100 m");
   expect_refusal(
@@ -380,7 +380,7 @@ TEST(SvgOutlines, WrongFilesGetOneLine) {
   expect_refusal(reads("<svg><g></svg>"), "p.svg: line 1: mismatched tag");
   expect_refusal(reads("<!DOCTYPE svg [<!ENTITY a \"b\">]><svg/>"), "an entity declaration");
   expect_refusal(reads("<svg viewBox=\"0 0 0 9\"/>"), "viewBox: 0 0 0 9");
-  expect_refusal(reads("<svg><g transform=\"turn(3)\"/></svg>"), "transform: turn with 1 numbers");
+  expect_refusal(reads("<svg><g transform=\"turn(3)\"/></svg>"), "transform: turn with 1 number;");
   expect_refusal(reads("<svg><g transform=\"rotate(3\"/></svg>"), "\")\" after up to 6 numbers");
   std::string deep = "<svg>";
   for (int k = 0; k < 2000; ++k) deep += "<g>";

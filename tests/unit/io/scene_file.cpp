@@ -10,6 +10,7 @@
 #include <set>
 
 #include "host/base/file_bytes.hpp"
+#include "host/input/nearest_word.hpp"
 #include "host/io/json/json_fields.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
@@ -50,7 +51,7 @@ TEST_F(SceneFileTest, AMeshIsNoScene) {
     FAIL();
   } catch (const SceneError& error) {
     EXPECT_NE(std::string(error.what())
-                  .find("shirt.obj: scene: a mesh file is not allowed; allowed: a "
+                  .find("shirt.obj: scene: a mesh file; allowed: a "
                         "scene file, such as \"weft new\" writes"),
               std::string::npos)
         << error.what();
@@ -310,7 +311,7 @@ TEST_F(SceneFileTest, WrongOverrides) {
   const std::vector<std::array<std::string, 3>> cases{
       {"time.stepp=1", "time.stepp: ", "did you mean \"step\"?"},
       {"tiem.step=1", "tiem: ", "did you mean \"time\"?"},
-      {"cloths.1.material=cotton", "--set cloths.1: ", "0 to 0"},
+      {"cloths.1.material=cotton", "--set cloths.1: ", "0, the only place in cloths"},
       {"cloths.x.material=cotton", "--set cloths.x: ", "\"x\""},
       {"cloths.0.material.name=cotton", "--set cloths.0.material.name: ", "\"cotton\""},
       {"time.step", "--set: ", "\"time.step\""},

@@ -114,6 +114,9 @@ TEST_F(SceneWarningsTest, BodiesThatLieAlongYAreNoticed) {
   EXPECT_EQ(warnings(falling), "");
   put_mesh(tube(0.2, 1.7, false), "body.obj");
   EXPECT_EQ(warnings(scene), "") << "it stands along z";
+  EXPECT_EQ(warnings(falling),
+            "obstacles[0].mesh: it is 1.7 m long along z and 0.4 m along y, while gravity acts "
+            "along y; if z is up, leave gravity out\n");
 }
 
 TEST_F(SceneWarningsTest, UnknownKeywordsOfObjAreCountedOnce) {

@@ -453,7 +453,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"NoPanels", [](json& d) { d["pattern"]["panels"] = json::object(); },
               "pattern.panels: ", "0 panels"},
         Wrong{"PanelsOfAnotherType", [](json& d) { d["pattern"]["panels"] = 3; },
-              "pattern.panels: ", "3 is"},
+              "pattern.panels: ", "3;"},
         Wrong{"OpenOutline",
               [](json& d) {
                 edge(d, "front", 2)["endpoints"] = {2, 0};
@@ -493,7 +493,7 @@ INSTANTIATE_TEST_SUITE_P(
               [](json& d) {
                 edge(d, "front", 0)["endpoints"] = {0, 4};
               },
-              "pattern.panels.front.edges[0].endpoints[1]: ", "4 is"},
+              "pattern.panels.front.edges[0].endpoints[1]: ", "4;"},
         Wrong{"NoSuchCurve",
               [](json& d) {
                 edge(d, "front", 0)["curvature"] = {{"type", "spiral"}};
@@ -503,12 +503,12 @@ INSTANTIATE_TEST_SUITE_P(
               [](json& d) {
                 edge(d, "front", 0)["curvature"] = {{"type", "cubic"}, {"params", {{0.5, 0.1}}}};
               },
-              "pattern.panels.front.edges[0].curvature.params: ", "1 points"},
+              "pattern.panels.front.edges[0].curvature.params: ", "1 point;"},
         Wrong{"SmallArc",
               [](json& d) {
                 edge(d, "front", 0)["curvature"] = {{"type", "circle"}, {"params", {19, 0, 1}}};
               },
-              "pattern.panels.front.edges[0].curvature.params: ", "19 is"},
+              "pattern.panels.front.edges[0].curvature.params: ", "19;"},
         Wrong{"ArcWithoutFlags",
               [](json& d) {
                 edge(d, "front", 0)["curvature"] = {{"type", "circle"}, {"params", {25, 2, 1}}};
@@ -544,7 +544,7 @@ INSTANTIATE_TEST_SUITE_P(
               },
               "pattern.stitches[1]: ", "front sewn to back"},
         Wrong{"Units", [](json& d) { d["properties"]["units_in_meter"] = 0; },
-              "properties.units_in_meter: ", "0 is"},
+              "properties.units_in_meter: ", "0.0;"},
         Wrong{"Coordinates", [](json& d) { d["properties"]["curvature_coords"] = "polar"; },
               "properties.curvature_coords: ", "\"polar\""}),
     [](const testing::TestParamInfo<Wrong>& w) { return std::string(w.param.name); });

@@ -9,8 +9,8 @@
 namespace weft::io {
 namespace {
 
-std::vector<NamedMesh> split(const std::string& bytes) {
-  return split_objects({"cloth", parse_obj(bytes, "a.obj", Uv::where_all)});
+std::vector<NamedMesh> split(const std::string& bytes, Uv uv = Uv::where_all) {
+  return split_objects({"cloth", parse_obj(bytes, "a.obj", uv)});
 }
 
 const std::string two =
@@ -44,6 +44,23 @@ TEST(SplitObjects, KeepsCornersThatMeetInASeam) {
   ASSERT_EQ(right.material.size(), 5u);
   EXPECT_EQ(right.material[static_cast<std::size_t>(right.material_triangles[1].v[0])][0], 7);
   EXPECT_EQ(right.material[static_cast<std::size_t>(right.material_triangles[0].v[0])][0], 5);
+}
+
+TEST(SplitObjects, LeavesTextureCoordinatesToTheObjectsThatHaveThem) {
+  const std::string ball = "v 9 0 0\nv 8 0 0\nv 9 1 0\n";
+  const std::string first = "o ball\n" + ball + "f 1 2 3\no cloth\n" + ball;
+  const auto parts = split(first + "vt 0 0\nvt 1 0\nvt 0 1\nf 4/1 5/2 6/3\n", Uv::where_some);
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_TRUE(parts[0].mesh.material.empty());
+  EXPECT_TRUE(parts[0].mesh.material_triangles.empty());
+  EXPECT_EQ(parts[1].mesh.material.size(), 3u);
+  EXPECT_TRUE(parts[1].mesh.material_triangles.empty());
+  // A mesh that cannot be taken apart.
+  const auto whole =
+      split(first + "vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 5/2 6/3\nf 4 5 6\n", Uv::where_some);
+  ASSERT_EQ(whole.size(), 1u);
+  EXPECT_TRUE(whole[0].mesh.material.empty());
+  EXPECT_TRUE(whole[0].mesh.material_triangles.empty());
 }
 
 TEST(SplitObjects, LeavesWholeWhatHangsTogether) {

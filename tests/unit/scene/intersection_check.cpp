@@ -101,7 +101,7 @@ TEST(Tangle, RefusesSameSheetTwice) {
   EXPECT_EQ(refusal(scene_of({square(0), square(0)})),
             "made.json: cloths[0] (sheet0): triangles 0 of sheet0 and 0 of sheet1, "
             "0 of sheet0 and 1 of sheet1, 1 of sheet0 and 0 of sheet1, "
-            "1 of sheet0 and 1 of sheet1 intersect, 4 pairs in all is not allowed; "
+            "1 of sheet0 and 1 of sheet1 intersect, 4 pairs in all; "
             "allowed: a start free of intersections, touching included, or contact.untangle true, "
             "which moves cloth apart");
 }
@@ -175,9 +175,11 @@ TEST(Tangle, RefusesClothInsideClosedObstacle) {
   add_obstacle(scene, "ball", make_icosphere(2, 2));
   EXPECT_EQ(refusal(scene),
             "made.json: cloths[1] (sheet1): a start inside obstacles[0] (ball), with vertex 0 and "
-            "all that hangs together with it, is not allowed; "
+            "all that hangs together with it; "
             "allowed: a start outside of closed obstacles, such as sheet1 lifted by 2.01 m along "
             "(0, 0, 1)");
+  scene.contact.untangle = true;
+  EXPECT_THAT(refusal(scene), HasSubstr("; contact.untangle moves out only cloth that passes"));
 }
 
 /// The distance that a refusal names; 0: none.

@@ -42,19 +42,19 @@ struct Case {
 
 TEST(SeamCheck, RefusesWithFieldAndValue) {
   const std::vector<Case> cases{
-      {[](Scene& s) { s.seams[0].cloths[1] = 2; }, "seams[0].cloths[1]: ", "2 is"},
-      {[](Scene& s) { s.seams[0].cloths[0] = -1; }, "seams[0].cloths[0]: ", "-1 is"},
-      {[](Scene& s) { s.seams[0].vertices[0][1] = 9; }, "seams[0].vertices[0][1]: ", "9 is"},
-      {[](Scene& s) { s.seams[0].vertices[1][2] = -1; }, "seams[0].vertices[1][2]: ", "-1 is"},
+      {[](Scene& s) { s.seams[0].cloths[1] = 2; }, "seams[0].cloths[1]: ", "2;"},
+      {[](Scene& s) { s.seams[0].cloths[0] = -1; }, "seams[0].cloths[0]: ", "-1;"},
+      {[](Scene& s) { s.seams[0].vertices[0][1] = 9; }, "seams[0].vertices[0][1]: ", "9;"},
+      {[](Scene& s) { s.seams[0].vertices[1][2] = -1; }, "seams[0].vertices[1][2]: ", "-1;"},
       {[](Scene& s) { s.seams[0].vertices[1].pop_back(); }, "seams[0].vertices: ", "3 and 2"},
       {[](Scene& s) { s.seams.emplace_back(); }, "seams[1].vertices: ", "none"},
-      {[](Scene& s) { s.seams[0].stiffness = 0; }, "seams[0].stiffness: ", "0 is"},
+      {[](Scene& s) { s.seams[0].stiffness = 0; }, "seams[0].stiffness: ", "0;"},
       {[](Scene& s) { s.seams[0].stiffness = inf; }, "seams[0].stiffness: ", "inf"},
       {[](Scene& s) { s.seams[0].start_time = nan; }, "seams[0].start_time: ", "nan"},
       {[](Scene& s) { s.seams[0].ramp_time = -1; }, "seams[0].ramp_time: ", "-1"},
       {[](Scene& s) { s.seams[0].weld_distance = nan; }, "seams[0].weld_distance: ", "nan"},
       {[](Scene& s) { s.seams[0].weld_distance = 4e-4; }, "seams[0].weld_distance: ", "half"},
-      {[](Scene& s) { s.refinement.levels = 0; }, "refine.levels: ", "0 is"},
+      {[](Scene& s) { s.refinement.levels = 0; }, "refine.levels: ", "0;"},
       {[](Scene& s) {
          s.seams[0].weld_distance = 0;
          s.refinement.when = Refinement::When::sewn;

@@ -92,12 +92,12 @@ const std::vector<Case>& cases() {
          s.cloths[0].mesh = make_grid({1, 4e-5}, {1, 1}, Diagonals::same);
          s.precision = Precision::single_precision;
        },
-       "cloths[0].mesh.material", "sliver (triangle 0, 1)"},
+       "cloths[0].mesh.material", "sliver (triangles 0, 1)"},
       {[](Scene& s) { s.materials[0].density = 1e-50; }, "materials.cotton.density", "1e-50"},
       {[](Scene& s) {
          for (Vec3<double>& x : s.cloths[0].mesh.positions) x[1] += 2e7;
        },
-       "cloths[0].mesh.positions", "vertex 0: 19999999.5"},
+       "cloths[0].mesh.positions", "vertices 0: 19999999.5"},
       {[](Scene& s) {
          for (Vec3<double>& x : s.cloths[0].mesh.positions) x *= 1e-10;
        },

@@ -446,7 +446,7 @@ TEST(LiveForces, AreRefusedByName) {
   Pushed p = pushed({0, 0, 1});
   Simulation s(p.scene, host_devices(1));
   const std::vector<Vec3<double>> few(3);
-  refused([&] { s.set_forces(p.cloth, few); }, "cloths[0] (cloth 0): 3 forces is not allowed");
+  refused([&] { s.set_forces(p.cloth, few); }, "cloths[0] (cloth 0): 3 forces; allowed: ");
   p.forces[7] = {0, std::numeric_limits<double>::quiet_NaN(), 0};
   refused([&] { s.set_forces(p.cloth, p.forces); }, "cloths[0] (cloth 0), vertex 7: nan");
   p.scene.method = "adaptive";

@@ -29,6 +29,14 @@ Vec3<double> force_of(const Spring<double>& s, const std::vector<Vec3<double>>& 
   return spring_force(span_of(s, x), s.rest, s.stiffness);
 }
 
+/// Of the spring's dashpot, against the motion of its first end.
+Vec3<double> drag_of(const Spring<double>& s, const std::vector<Vec3<double>>& x0,
+                     const std::vector<Vec3<double>>& x1) {
+  if (!(s.drag > 0)) return {};
+  const Vec3<double> before = span_of(s, x0);
+  return spring_drag(before, s.rest, s.drag) * (span_of(s, x1) - before);
+}
+
 bool same_ends(const std::vector<Spring<double>>& a, const std::vector<Spring<double>>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const Spring<double>& s, const Spring<double>& t) {
@@ -239,7 +247,7 @@ typename ExternalWork<T>::Springs ExternalWork<T>::find_springs(
     const AcceptedMotion<T>& motion) const {
   if (!springs_) return {};
   return {springs_at(store_.scene(), store_.model(), store_.time),
-          springs_at(store_.scene(), store_.model(), store_.time + motion.dt)};
+          springs_at(store_.scene(), store_.model(), store_.time + motion.dt, motion.dt)};
 }
 
 /// Pins give energy to the pinned vertices and hold them against the forces of elements. Forces
@@ -367,7 +375,7 @@ double ExternalWork<T>::of_springs(const Springs& springs, const AcceptedMotion<
     }
   }
   for (const Spring<double>& s : after) {
-    const Vec3<double> pull = force_of(s, x1);
+    const Vec3<double> pull = force_of(s, x1) - drag_of(s, x0, x1);
     for (int end = 0; end < 2; ++end)
       if (s.v[end] >= 0 && (*motion.fixed)[at(s.v[end])] != 0)
         work -= (end == 0 ? 1 : -1) * dot(pull, x1[at(s.v[end])] - x0[at(s.v[end])]);

@@ -180,7 +180,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   publisher_.enter(StepStage::prediction, report);
   clock_.mark(StageClock::begin);
   prescribed_.place(store_.time + a.dt);
-  solver_.set_springs(store_.time + a.dt);
+  solver_.set_springs(store_.time + a.dt, a.dt);
   if (tracked_) tracked_->aim(store_.time + a.dt, prescribed_.fixed());
   set_base(a);
   predict(a);
@@ -327,7 +327,7 @@ bool ImplicitStep<T>::displace(const std::vector<Vec3<T>>& places, double time,
                m.velocities_t1.size() * sizeof(Vec3<T>));
   }
   prescribed_.place(time);
-  solver_.set_springs(time);
+  solver_.set_springs(time, dt);
   set_base(a);
   detection_.search(dt, true, report);
   const bool good = resolver_.resolve(a, report);

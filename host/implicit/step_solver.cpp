@@ -91,15 +91,16 @@ StepSolver<T>::StepSolver(Store<T>& store, const std::vector<RankGeometry<T>>& g
 }
 
 template <class T>
-void StepSolver<T>::set_springs(double time) {
+void StepSolver<T>::set_springs(double time, double step) {
   std::vector<Spring<T>> springs;
   seams_pull_ = false;
-  for (const Spring<double>& s : springs_at(store_.scene(), store_.model(), time)) {
+  for (const Spring<double>& s : springs_at(store_.scene(), store_.model(), time, step)) {
     springs.push_back({{s.v[0], s.v[1]},
                        vec_cast<T>(s.anchor),
                        static_cast<T>(s.stiffness),
                        static_cast<T>(s.rest),
-                       vec_cast<T>(s.along)});
+                       vec_cast<T>(s.along),
+                       static_cast<T>(s.drag)});
     seams_pull_ = seams_pull_ || s.v[1] >= 0;
   }
   detection_.let_seams_close(seams_pull_);

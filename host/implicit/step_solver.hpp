@@ -24,8 +24,8 @@ class StepSolver {
              std::vector<RankMotion<T>>& motion, ContactDetection<T>& detection,
              LinearSystem<T>& system, StageClock& clock, const StepPublisher& publisher);
 
-  /// The springs of handles and seams as they are at `time`.
-  void set_springs(double time);
+  /// The springs of handles and seams as they are at `time`, where a step of this length ends.
+  void set_springs(double time, double step);
   /// Whether there are springs between vertices.
   bool seams_pull() const noexcept { return seams_pull_; }
   /// Whether the step has fallen back to truncation: cloth is jammed.

@@ -12,6 +12,7 @@
 #include "host/geometry/morton.hpp"
 #include "host/model/material_points.hpp"
 #include "host/model/material_rows.hpp"
+#include "host/model/seam_stiffness.hpp"
 #include "host/model/start_thickness.hpp"
 #include "host/scene/fabric/rigidity.hpp"
 #include "host/scene/live_shape.hpp"
@@ -421,6 +422,7 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
   add_pins(scene, before, m);
   add_ties(scene, m);
   add_start_thickness(scene, before, m);
+  m.seam_stiffness = seam_stiffness(scene);
   m.whole = whole_of(m);
   return m;
 }

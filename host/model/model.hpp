@@ -83,6 +83,8 @@ struct Model {
   /// scene's; empty: none does
   std::vector<double> start_thickness;
 
+  std::vector<double> seam_stiffness;  ///< [seam_pairs] [N/m] see seam_stiffness()
+
   double mean_edge = 0;  ///< [m] of the cloth at rest
 
   /// What is small is so against all of the scene's cloth: a part of a model has that of the whole.

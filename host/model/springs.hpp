@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "host/model/model.hpp"
@@ -13,7 +14,9 @@ namespace weft {
 /// slack within half of the thickness: closer than that, contact would have to hold it open. Of a
 /// part of a model (ModelPart) those of what is in it.
 /// @param time [s]
-std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, double time);
+/// @param step [s] in which the ends move, for the drag of seams
+std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, double time,
+                                       double step = std::numeric_limits<double>::infinity());
 
 /// [ramp times] how long the springs of a seam that must weld grow stiffer. A gathered edge resists
 /// with its stretch stiffness: at 2 to 1 it stays open by millimetres under the stiffness that sews

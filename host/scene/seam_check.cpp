@@ -216,7 +216,7 @@ void check_vertices(const Scene& scene, std::size_t i) {
 void check_values(const Scene& scene, std::size_t i) {
   const Seam& seam = scene.seams[i];
   const Checker check(scene.file, field_of(i));
-  check.within("stiffness", seam.stiffness, quantity::stiffness);
+  if (seam.stiffness) check.within("stiffness", *seam.stiffness, quantity::stiffness);
   check.within("start_time", seam.start_time, quantity::instant_from_zero);
   check.within("ramp_time", seam.ramp_time, quantity::duration_or_zero);
   if (!seam.weld_distance) return;

@@ -251,7 +251,7 @@ class Parts {
     const std::string name = numbered("seams", i) + ".";
     add(name + "cloths", std::vector<Index>{seam.cloths[0], seam.cloths[1]});
     add(name + "vertices", std::vector<std::vector<Index>>{seam.vertices[0], seam.vertices[1]});
-    add(name + "stiffness", seam.stiffness);
+    add(name + "stiffness", seam.stiffness.value_or(0));
     add(name + "times", std::vector<double>{seam.start_time, seam.ramp_time});
     add(name + "weld_distance", seam.weld_distance.value_or(0));
   }

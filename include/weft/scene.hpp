@@ -288,7 +288,9 @@ struct Handle {
 struct Seam {
   Index cloths[2] = {0, 0};        ///< into Scene::cloths
   std::vector<Index> vertices[2];  ///< of equal length; numbers within the cloth, in input order
-  double stiffness = 1000;         ///< [N/m] per pair, > 0
+  /// [N/m] per pair, > 0; empty: 1e5 N/m^2 times the length of seam that a pair stands for, and
+  /// 1000 N/m for a pair without neighbours
+  std::optional<double> stiffness{};
   double start_time = 0;           ///< [s]
   double ramp_time = 0.5;          ///< [s] until the stiffness is reached; it grows with time cubed
   /// [m] pairs closer than this become one vertex; 0: never; empty: as the contact thickness.

@@ -356,7 +356,8 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
     else
       pairing = read_chains(fields, read_sides(fields, groups, scene), scene, meshes);
     Seam values;
-    values.stiffness = fields.number("stiffness", quantity::stiffness, values.stiffness);
+    values.stiffness = fields.number_or_null("stiffness");
+    if (values.stiffness) fields.number("stiffness", quantity::stiffness);
     values.start_time = fields.number("start_time", values.start_time);
     values.ramp_time = fields.number("ramp_time", values.ramp_time);
     values.weld_distance = fields.number("weld_distance", contact_thickness(scene.contact));

@@ -53,4 +53,17 @@ WEFT_HD Mat3<T> spring_stiffness(const Vec3<T>& d, T rest, T k, const Vec3<T>& n
   return length_sq(n) > T(0) ? k * outer(n, n) : spring_stiffness(d, rest, k);
 }
 
+/// A dashpot beside the spring. It resists motion along the spring as it stood at the start of the
+/// step, unless that was slack: the force on the first point is minus this times its displacement
+/// in the step relative to the second point. [N/m]
+/// @param d     [m] at the start of the step
+/// @param drag  [N/m] damping [kg/s] over the length of the step
+template <class T>
+WEFT_HD Mat3<T> spring_drag(const Vec3<T>& d, T rest, T drag) noexcept {
+  const T now = length(d);
+  if (!(now > rest)) return {};
+  const Vec3<T> n = (T(1) / now) * d;
+  return drag * outer(n, n);
+}
+
 }  // namespace weft

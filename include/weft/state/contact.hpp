@@ -59,6 +59,7 @@ struct Spring {
   T stiffness;      ///< [N/m]
   T rest;           ///< [m] length up to which it is slack
   Vec3<T> along{};  ///< unit vector that it acts along; (0, 0, 0): along its own length
+  T drag = 0;       ///< [N/m] of a dashpot between two vertices, see spring_drag()
 };
 
 /// A collision that continuous detection found within the step.

@@ -45,6 +45,7 @@ struct ContactsCase {
                          set.random.template uniform<T>(5, 10),
                          set.random.template uniform<T>(0, 0.05)});
       if (n % 4 == 0) springs.back().rest = 0;
+      if (n % 4 == 1) springs.back().drag = set.random.template uniform<T>(5, 10);
       const Vec3<double> along = set.random.template vector<double>(0.1, 1);
       if (n % 4 == 0) springs.back().along = vec_cast<T>((1 / length(along)) * along);
     }
@@ -110,7 +111,8 @@ struct ContactsCase {
                                              vec_cast<double>(s.anchor),
                                              double{s.stiffness},
                                              double{s.rest},
-                                             vec_cast<double>(s.along)}));
+                                             vec_cast<double>(s.along),
+                                             double{s.drag}}));
     }
     return outputs(matrix, sums);
   }

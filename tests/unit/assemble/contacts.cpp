@@ -174,6 +174,25 @@ TEST(ContactKernel, ContactsThatArePartedAreNothing) {
   }
 }
 
+TEST(SpringKernel, DashpotsResistWhatShortensTheSpringInTheStep) {
+  const std::vector<Vec3<double>> start{{0, 0, 0}, {2, 0, 0}};
+  // Nearer by 0.2, and beside each other by 0.3, which nothing resists.
+  const std::vector<Vec3<double>> end{{0.2, 0.3, 0}, {2, 0, 0}};
+  AssembleContacts<double> a;
+  a.positions = end;
+  a.positions_t0 = start;
+  a.h = h;
+  const auto terms = [&](double rest, double drag) {
+    return spring_terms(a, Spring<double>{{0, 1}, {}, 5, rest, {}, drag});
+  };
+  const auto without = terms(0, 0), with = terms(0, 40);
+  EXPECT_LT(length(with.impulse - without.impulse - Vec3<double>{-h * 40 * 0.2, 0, 0}), 1e-12);
+  for (int e = 0; e < 9; ++e)
+    EXPECT_NEAR(with.block.e[e] - without.block.e[e], e == 0 ? h * h * 40 : 0, 1e-12) << e;
+  // Slack at the start.
+  EXPECT_EQ(terms(2, 40).impulse, terms(2, 0).impulse);
+}
+
 TEST(SpringKernel, ImpulseAndBlockAreDerivativesOfTheEnergy) {
   Random random(52);
   const double rest = 0.03, k = 20;

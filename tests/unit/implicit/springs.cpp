@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -7,6 +8,7 @@
 
 #include "host/base/scratch_folder.hpp"
 #include "host/model/model.hpp"
+#include "host/model/seam_stiffness.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
@@ -145,10 +147,10 @@ TEST(Handles, GlueKeepsMomentum) {
 // ---- seams
 
 /// Two square sheets side by side, sewn along their common side.
-Scene two_panels(double gap) {
+Scene two_panels(double gap, Index cells = 6) {
   Scene s = bare_scene();
   for (int k = 0; k < 2; ++k) {
-    s.cloths.push_back(test::sheet(6, 0));
+    s.cloths.push_back(test::sheet(static_cast<int>(cells), 0));
     s.cloths.back().name = k == 0 ? "left" : "right";
     if (k == 0) continue;
     for (auto& p : s.cloths[1].mesh.positions) p[0] += 0.4 + gap;
@@ -156,9 +158,9 @@ Scene two_panels(double gap) {
   }
   Seam seam;
   seam.cloths[1] = 1;
-  for (Index j = 0; j <= 6; ++j) {
-    seam.vertices[0].push_back(7 * j + 6);
-    seam.vertices[1].push_back(7 * j);
+  for (Index j = 0; j <= cells; ++j) {
+    seam.vertices[0].push_back((cells + 1) * j + cells);
+    seam.vertices[1].push_back((cells + 1) * j);
   }
   seam.stiffness = 200;
   seam.ramp_time = 0.1;
@@ -227,6 +229,80 @@ TEST(Seams, CloseAndWeldAndKeepMomentum) {
   // Momentum by input would count the masses along the seam of each side with a common velocity.
   EXPECT_LT(length(momentum(s, frame) - before), 1e-10);
   for (int n = 0; n < 20; ++n) ASSERT_EQ(Failure::none, simulation.step().failure);
+}
+
+struct Closing {
+  double time = 0;    ///< [s]
+  double energy = 0;  ///< [J] most kinetic energy on the way
+  double speed = 0;   ///< [m/s] of the middle pair in the last step that begins with it open
+};
+
+Closing closing_of(const Scene& scene) {
+  const Model model = make_model(scene);
+  Simulation simulation(scene, host_devices(1));
+  Closing closing;
+  StepReport report;
+  do {
+    report = simulation.step();
+    EXPECT_EQ(Failure::none, report.failure) << report.failure_detail;
+    const Frame frame = simulation.frame();
+    double energy = 0;
+    for (std::size_t c = 0; c < 2; ++c)
+      for (std::size_t v = 0; v < frame.cloth_velocities[c].size(); ++v)
+        energy += model.mass[at(model.to_internal[at(model.input_offset[c]) + v])] *
+                  length_sq(frame.cloth_velocities[c][v]) / 2;
+    closing.energy = std::max(closing.energy, energy);
+    const std::size_t middle = scene.seams[0].vertices[0].size() / 2;
+    const double speed = length(frame.cloth_velocities[0][at(scene.seams[0].vertices[0][middle])] -
+                                frame.cloth_velocities[1][at(scene.seams[0].vertices[1][middle])]);
+    if (speed > 0) closing.speed = speed;  // 0: welded
+  } while (report.open_seam_pairs > 0 && report.number < 200);
+  EXPECT_EQ(0, report.open_seam_pairs);
+  closing.time = simulation.time();
+  return closing;
+}
+
+TEST(Seams, CloseAlikeOnAnyMesh) {
+  const auto sewn = [](Index cells) {
+    Scene s = two_panels(0.1, cells);
+    s.seams[0].stiffness.reset();
+    s.seams[0].ramp_time = 0.5;
+    return closing_of(s);
+  };
+  const Closing coarse = sewn(4), fine = sewn(24);
+  EXPECT_NEAR(fine.time, coarse.time, 0.1 * coarse.time);
+  EXPECT_NEAR(fine.energy, coarse.energy, 0.15 * coarse.energy);
+}
+
+TEST(Seams, MeetSlowly) {
+  Scene s = two_panels(0.1);
+  s.seams[0].ramp_time = 0.5;
+  s.seams[0].stiffness = 1000;
+  const Closing closing = closing_of(s);
+  EXPECT_LT(closing.speed, 0.1 / closing.time);
+}
+
+TEST(Seams, StandForTheShorterOfTheirEdges) {
+  // Rows of 0.4 m against rows of 0.2 m.
+  Scene s = two_panels(0.01);
+  for (Vec2<double>& m : s.cloths[1].mesh.material) m[1] /= 2;
+  s.seams[0].stiffness.reset();
+  // A pair alone, and a seam with a stiffness.
+  Seam alone = s.seams[0], given = s.seams[0];
+  alone.vertices[0] = {0};
+  alone.vertices[1] = {6};
+  given.vertices[0] = {42};
+  given.vertices[1] = {48};
+  given.stiffness = 7;
+  s.seams.push_back(alone);
+  s.seams.push_back(given);
+  const std::vector<double> stiffness = seam_stiffness(s);
+  ASSERT_EQ(9u, stiffness.size());
+  const double share = 1e5 * 0.2 / 6;
+  for (std::size_t k = 0; k < 7; ++k)
+    EXPECT_NEAR(stiffness[k], k == 0 || k == 6 ? share / 2 : share, 1e-9 * share) << k;
+  EXPECT_EQ(1000, stiffness[7]);
+  EXPECT_EQ(7, stiffness[8]);
 }
 
 TEST(Seams, WithoutWeldingStayOpenWithinTheThickness) {

@@ -123,6 +123,8 @@ TEST_F(SceneSeams, ResolvedSceneReadsBackTheSame) {
   const SceneFile second = read_scene_file(put("resolved.json", first.resolved.dump()));
   EXPECT_EQ(second.resolved, first.resolved);
   ASSERT_EQ(second.scene.seams.size(), 3u);
+  EXPECT_EQ(second.scene.seams[0].stiffness, 77);
+  EXPECT_FALSE(second.scene.seams[1].stiffness);
   for (std::size_t k = 0; k < 3; ++k) expect_same(first.scene.seams[k], second.scene.seams[k]);
   EXPECT_EQ(second.scene.refinement.when, Refinement::When::sewn);
   EXPECT_EQ(second.scene.refinement.levels, 3);

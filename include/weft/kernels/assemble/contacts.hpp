@@ -135,8 +135,15 @@ template <class T>
 WEFT_HD ContactTerms<T> spring_terms(const AssembleContacts<T>& a, const Spring<T>& s) noexcept {
   const Vec3<T> from = s.v[1] < 0 ? s.anchor : a.positions[static_cast<std::size_t>(s.v[1])];
   const Vec3<T> d = spring_span(a.positions[static_cast<std::size_t>(s.v[0])] - from, s.along);
-  return {a.h * spring_force(d, s.rest, s.stiffness),
-          (a.h * a.h) * spring_stiffness(d, s.rest, s.stiffness, s.along)};
+  ContactTerms<T> terms{a.h * spring_force(d, s.rest, s.stiffness),
+                        (a.h * a.h) * spring_stiffness(d, s.rest, s.stiffness, s.along)};
+  if (!(s.drag > T(0))) return terms;
+  const Vec3<T> d_t0 = a.positions_t0[static_cast<std::size_t>(s.v[0])] -
+                       a.positions_t0[static_cast<std::size_t>(s.v[1])];
+  const Mat3<T> drag = spring_drag(d_t0, s.rest, s.drag);
+  terms.impulse -= a.h * (drag * (d - d_t0));
+  terms.block += (a.h * a.h) * drag;
+  return terms;
 }
 
 /// A contact or a spring as the rows see it.

@@ -23,6 +23,7 @@
 #include "host/app/scene_run.hpp"
 #include "host/app/time_parallel/slice_ranks.hpp"
 #include "host/app/time_parallel/time_run.hpp"
+#include "host/base/file_operations.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "host/scene/tangled_start.hpp"
@@ -47,20 +48,28 @@ bool draw_tangled(const TangledStart& tangled, const RunDirectory& directory,
   }
 }
 
+/// A run writes its own scene.json: refuses that in place of one that no run has written.
+void refuse_replacing_scene(const std::string& output, const std::string& scene) {
+  const RunDirectory directory(output);
+  std::error_code error;
+  if (std::filesystem::equivalent(directory.scene(), scene, error) && !is_there(directory.steps()))
+    throw SceneError(output, "-o", "the folder of the scene, which is called scene.json",
+                     "another directory: a run writes a scene.json of its own");
+}
+
 }  // namespace
 
 int run_scene(const RunRequest& request) {
   listen_for_signals();
   const TimeLimit limit(request.time_limit);
-  refuse_unwritable(request.report, "--report");
-  if (std::error_code error; std::filesystem::equivalent(request.report, request.scene, error))
-    throw SceneError("", "--report", "the scene", "another file");
+  refuse_unwritable(request.report, "--report", request.scene);
   if (request.resume_changed && request.resume.empty())
     throw SceneError("", "--resume-changed", "without --resume", "--resume with it");
   io::SceneFile file = io::read_scene_file(request.scene, all_overrides(request), request.allowed,
                                            request.experimental);
   for (const std::string& warning : file.scene.warnings)
     show(stderr, "weft: warning: {}\n", one_line(warning));
+  refuse_replacing_scene(output_of(request, file.scene), request.scene);
   if (request.live_port >= 0 && file.scene.method == "time_parallel")
     throw SceneError("", "--live", "the method \"time_parallel\"", "the other methods");
   if (file.scene.method == "time_parallel") return run_slices_of(request, std::move(file));

@@ -68,12 +68,12 @@ ForceBuckets::ForceBuckets(const Scene& scene, const Model& model, const std::ve
   internal_step_ = std::min(internal_step_, slow_step);
   const double least = scene.asynchronous.smallest_step;
   if (const double stable = std::min(internal_step_, forces_.rule.step); !(stable >= least))
-    throw SceneError(
-        scene.file, "method.type", "\"asynchronous\" in steps of " + seconds_text(stable),
-        "at least " + seconds_text(least) + ": the steps in which " +
-            (internal_step_ < forces_.rule.step ? "stretching and bending are"
-                                                : "the first penalty layer is") +
-            " stable, which longer edges, softer or heavier cloth make longer");
+    throw SceneError(scene.file, "method.type",
+                     "\"asynchronous\" in steps of " + seconds_text(stable),
+                     "at least " + seconds_text(least) + ": the steps in which " +
+                         (internal_step_ < forces_.rule.step ? "stretching and bending are"
+                                                             : "the first penalty layer is") +
+                         " stable, which longer edges, softer or heavier cloth make longer");
 }
 
 Ticks ForceBuckets::ticks_of(int bucket) const {

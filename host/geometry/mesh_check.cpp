@@ -32,9 +32,8 @@ class Offenders {
   /// @param repairable whether repair_mesh() takes such offenders away
   void refuse_any(const char* what, const char* allowed, bool repairable = false) const {
     if (count_ == 0) return;
-    const std::string noun = noun_;
-    const std::string several = noun == "vertex" ? "vertices" : noun + "s";
-    std::string value = std::string(what) + " (" + (count_ == 1 ? noun : several) + " " + list_;
+    std::string value =
+        std::string(what) + " (" + noun_for(static_cast<std::int64_t>(count_), noun_) + " " + list_;
     if (count_ > shown_max) value += " and " + std::to_string(count_ - shown_max) + " more";
     value += ")";
     if (!origin_.name.empty()) value += " in \"" + origin_.name + "\"";

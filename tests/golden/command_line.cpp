@@ -46,6 +46,8 @@ TEST_F(CommandLine, MistakesAreOneLine) {
   EXPECT_FALSE(fs::exists(at("out")));
   expect_refused({"run", "small.json", "--report", "./small.json"},
                  "--report: the scene; allowed: another file");
+  expect_refused({"plan", "small.json", "--json", "small.json"},
+                 "--json: the scene; allowed: another");
   expect_refused({"run", "small.json", "--set", "method.foo=1"},
                  "allowed: type, integrator, implicit, time_parallel, view\n");
   expect_refused({"run", "small.json", "--set", "obstacles.1.name=b"},

@@ -148,8 +148,8 @@ TEST_F(Garments, WrongInputGetsOneLine) {
     EXPECT_NE(err_.find(what), std::string::npos) << err_;
     EXPECT_EQ(line_count(err_), 1) << err_;
   };
-  refused({"convert", skirt(), "a.json", "--edge", "0"}, "--edge: 0 ");
-  refused({"convert", skirt(), "a.json", "--edge", "nan"}, "--edge: nan ");
+  refused({"convert", skirt(), "a.json", "--edge", "0"}, "--edge: 0;");
+  refused({"convert", skirt(), "a.json", "--edge", "nan"}, "--edge: nan;");
   refused({"convert", skirt(), "a.json", "--fabric", "tweed"}, "tweed");
   refused({"convert", skirt(), "a.json", "--body", "nobody.obj"}, "nobody.obj");
   refused({"convert", write("cut.json", text_of(skirt()).substr(0, 900)), "a.json"}, "cut.json");
@@ -167,7 +167,7 @@ TEST_F(Garments, WrongInputGetsOneLine) {
           "far.json: pattern.panels.left_front: 4.");
   EXPECT_FALSE(fs::exists(at("a.json")));
   EXPECT_FALSE(fs::exists(at("a_skirt.json")));
-  refused({"convert", form, form, "a.ply"}, "IN: 2 files ");
+  refused({"convert", form, form, "a.ply"}, "IN: 2 files;");
   // Attachments name what the pattern has.
   const auto attached = [&](const char* entry) {
     fs::copy_file(skirt(), at("own.json"), fs::copy_options::overwrite_existing);
@@ -176,14 +176,14 @@ TEST_F(Garments, WrongInputGetsOneLine) {
                      std::string(entry) + "]}]}");
   };
   const std::pair<const char*, const char*> wrong[] = {
-      {R"({"panel": "left", "edge": 0})", "garments[0].attach[0].panel: \"left\" "},
-      {R"({"panel": "left_front", "edge": 9})", "garments[0].attach[0].edge: 9 "},
-      {R"({"label": "waist"})", "garments[0].attach[0].label: \"waist\" "},
-      {R"({"label": "waist", "edge": 1})", "garments[0].attach[0].edge: 1 "},
+      {R"({"panel": "left", "edge": 0})", "garments[0].attach[0].panel: \"left\";"},
+      {R"({"panel": "left_front", "edge": 9})", "garments[0].attach[0].edge: 9;"},
+      {R"({"label": "waist"})", "garments[0].attach[0].label: \"waist\";"},
+      {R"({"label": "waist", "edge": 1})", "garments[0].attach[0].edge: 1;"},
       {R"({"panel": "left_front", "edge": 1, "along": [0, 0, 0]})",
        "garments[0].attach[0].along: "},
       {R"({"panel": "left_front", "edge": 1, "end_time": 0})",
-       "garments[0].attach[0].end_time: 0 "},
+       "garments[0].attach[0].end_time: 0;"},
       {R"({"edge": 1})", "garments[0].attach[0]"}};
   for (const auto& [entry, what] : wrong)
     refused({"run", attached(entry), "-o", "out", "--no-preview"}, what);

@@ -177,7 +177,7 @@ TEST_F(ViewSubcommand, BrokenReportsCostOnlyTheirFacts) {
 TEST_F(ViewSubcommand, RefusesInOneLine) {
   expect_refused({"nowhere"}, "nowhere");
   expect_refused({"run", "-o", "page.obj"}, "-o: page.obj; allowed: a file name");
-  expect_refused({"run", "-o", "nowhere/page.html"}, "nowhere/page.html");
+  expect_refused({"run", "-o", "nowhere/page.html"}, "-o: nowhere/page.html (No such file");
   expect_refused({"run", "--frames", "7:"}, "--frames");
   expect_refused({"run", "--frames", "one"}, "--frames");
   expect_refused({"run", "--beside", "nowhere"}, "nowhere");

@@ -189,6 +189,19 @@ TEST_F(RunDirectoryTest, OutputDeviceAndDurationMayChange) {
   EXPECT_EQ(err_, "");
 }
 
+TEST_F(RunDirectoryTest, SceneOfThatNameIsNotReplaced) {
+  fs::rename(at("small.json"), at("scene.json"));
+  fs::create_directory(at("a"));
+  const std::string before = text_of(at("scene.json"));
+  for (const fs::path& output : {fs::path("."), fs::path("a/.."), directory_}) {
+    EXPECT_EQ(weft({"run", "scene.json", "-o", output, "--overwrite", "--frames", "1"}), 2) << out_;
+    EXPECT_NE(err_.find(": -o: the folder of the scene"), std::string::npos) << err_;
+  }
+  EXPECT_EQ(text_of(at("scene.json")), before);
+  ASSERT_EQ(weft({"run", "scene.json", "-o", "a", "--frames", "1", "--no-preview"}), 0) << err_;
+  EXPECT_EQ(weft({"run", "a/scene.json", "-o", "a", "--overwrite", "--no-preview"}), 0) << err_;
+}
+
 TEST_F(RunDirectoryTest, FewerFramesThanTheCheckpointHasAreRefused) {
   ASSERT_EQ(run("a", {"--frames", "2"}), 0) << err_;
   const std::string before = text_of(at("a/report.json"));

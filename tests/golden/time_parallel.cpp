@@ -340,7 +340,7 @@ TEST_F(TimeParallelSubcommand, BadInputIsOneLine) {
       {{"--resume", "latest"}, "--resume"},
       {{"--resume", "some.weft"}, "--resume"},
       {{"--method", "implicit", "--workers", "2"}, "--workers"},
-      {{"--set", "cloths.1.grid.cells=[1, 1]"}, "method.time_parallel.coarsening"},
+      {{"--set", "cloths.1.grid.cells=[1, 1]"}, "no coarser mesh can be made"},
       {{"--set", "method.time_parallel.method=asynchronous"}, "method.time_parallel.method"},
       {{"--set", "method.time_parallel.method=view"}, "camera.keys"},
   };

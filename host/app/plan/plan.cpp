@@ -21,6 +21,7 @@
 #include "host/app/process/child.hpp"
 #include "host/app/run/number_range.hpp"
 #include "host/app/run/run_device.hpp"
+#include "host/app/run/run_output.hpp"
 #include "host/app/run/scene_name.hpp"
 #include "host/app/run/scene_request.hpp"
 #include "host/base/atomic_file.hpp"
@@ -255,6 +256,7 @@ double step_error_max(const PlanRequest& request) {
 void make_plan(const PlanRequest& request) {
   if (!request.target.empty())
     parse_accuracy_target(request.target);  // refused before anything runs
+  refuse_unwritable(request.json, "--json", request.scene);
   const Scene scene = request.read();
   fmt::print("{}: {}, method {}, {}\n\n", one_line(scene.name),
              counted(triangle_count(scene), "triangle"), scene.method,

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <system_error>
 
 #include "host/base/file_operations.hpp"
 #include "weft/error.hpp"
@@ -21,9 +22,12 @@ std::unique_ptr<RunLock> lock_existing(const RunDirectory& directory, const RunR
   return lock;
 }
 
-void refuse_unwritable(const std::string& file, const std::string& option) {
+void refuse_unwritable(const std::string& file, const std::string& option,
+                       const std::string& scene) {
   if (file.empty()) return;
   const fs::path path(file);
+  if (std::error_code error; fs::equivalent(path, scene, error))
+    throw SceneError("", option, "the scene", "another file");
   const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
   const char* reason = nullptr;
   if (is_folder(path))

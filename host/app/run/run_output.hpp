@@ -15,9 +15,10 @@ namespace weft::app {
 ///         continues nor replaces
 std::unique_ptr<RunLock> lock_existing(const RunDirectory& directory, const RunRequest& request);
 
-/// Refuses a file that could not be written at the end of a run.
+/// Refuses a file that could not be written at the end of a run, or that is its scene.
 /// @param option that names it
 /// @throws SceneError
-void refuse_unwritable(const std::string& file, const std::string& option);
+void refuse_unwritable(const std::string& file, const std::string& option,
+                       const std::string& scene = {});
 
 }  // namespace weft::app

@@ -20,6 +20,7 @@
 #include "host/app/run/frame_parts.hpp"
 #include "host/app/run/progress.hpp"
 #include "host/app/run/run_directory.hpp"
+#include "host/app/run/run_output.hpp"
 #include "host/app/view/pin_distances.hpp"
 #include "host/app/view/player_page.hpp"
 #include "host/app/view/player_run.hpp"
@@ -178,6 +179,7 @@ fs::path output_of(const Request& request) {
     const std::string ending = fs::path(request.output).extension().string();
     if (ending != ".html" && ending != ".htm")
       throw SceneError("", "-o", request.output, "a file name that ends in .html");
+    refuse_unwritable(request.output, "-o");
     return request.output;
   }
   const fs::path file = fs::path(is_folder(request.input) ? request.input : "") / "view.html";

@@ -2,6 +2,7 @@
 #include "host/base/file_extension.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -392,6 +393,7 @@ std::unique_ptr<MeshSequence> open_sequence(const fs::path& path, Uv uv,
   if (extension == ".pc2") return open_cache(path, uv);
   if (extension == ".usda") return std::make_unique<UsdMeshes>(path, uv);
   if (extension == ".spool") return std::make_unique<SpooledMeshes>(path, uv);
+  if (!is_there(path)) fail_on(path, "read", ENOENT);
   return std::make_unique<NumberedFiles>(path, NumberedFiles::Files{{0, path}},
                                          NumberedFiles::Files(), fs::path(), uv, allowed);
 }

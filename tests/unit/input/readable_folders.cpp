@@ -111,9 +111,9 @@ TEST_F(ReadableFoldersTest, BoundWhatASceneNames) {
                                   std::string("below/../../other/mesh.obj")}) {
     const fs::path file = put_scene(mesh);
     EXPECT_EQ(refusal([&] { read_scene(file); }),
-              file.string() + ": cloths[0].mesh: " + (other_ / "mesh.obj").string() +
-                  allowed_ + (real / "scene").string() + "; --allow-path " +
-                  (real / "other").string() + " allows another folder");
+              file.string() + ": cloths[0].mesh: " + (other_ / "mesh.obj").string() + allowed_ +
+                  (real / "scene").string() + "; --allow-path " + (real / "other").string() +
+                  " allows another folder");
     EXPECT_EQ(read_scene(file, {}, {other_.string()}).cloths.size(), 1u);
   }
   fs::create_symlink(other_ / "mesh.obj", own_ / "link.obj");
@@ -151,8 +151,7 @@ TEST_F(ReadableFoldersTest, BoundEachFileOfASequence) {
   put("scene/body_0.obj", triangle_obj);
   fs::create_symlink(other_ / "mesh.obj", own_ / "body_1.obj");
   const std::string found = refusal([&] { read_mesh_sequence(own_ / "body_%d.obj", {}); });
-  EXPECT_NE(found.find("files: " + (own_ / "body_1.obj").string() + allowed_),
-            std::string::npos)
+  EXPECT_NE(found.find("files: " + (own_ / "body_1.obj").string() + allowed_), std::string::npos)
       << found;
   fs::remove(own_ / "body_1.obj");
   put("scene/body_1.obj", triangle_obj);

@@ -150,7 +150,7 @@ TEST(AdaptiveCoarseScene, RefusesMillionsOfTriangles) {
     make_coarse_scene(fine);
     FAIL() << "edges of a hundredth of a millimetre";
   } catch (const SceneError& error) {
-    EXPECT_NE(std::string(error.what()).find("method.time_parallel.coarsening"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("remeshing.size[0]"), std::string::npos)
         << error.what();
   }
 }

@@ -146,7 +146,7 @@ TEST(CoarseScene, RefusesWhatDoesNotGetCoarser) {
     make_coarse_scene(fine);
     FAIL() << "a sheet of two triangles";
   } catch (const SceneError& error) {
-    EXPECT_NE(std::string(error.what()).find("method.time_parallel.coarsening"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("cloths[0] (sheet): 2 triangles"), std::string::npos)
         << error.what();
   }
 }

@@ -149,7 +149,7 @@ TEST_F(CheckSubcommand, DisplacedObstaclesGiveAThirdVerdict) {
   EXPECT_EQ(check({run_directory()}), 1);
   EXPECT_NE(out_.find("cloth_00002.obj: 1 cloth-obstacle"), std::string::npos) << out_;
   EXPECT_NE(out_.find("3 frames checked: 1 clean, 1 clean only against displaced bodies, 1 with "
-                      "findings, 0 unreadable; 1 intersections"),
+                      "findings, 0 unreadable; 1 intersection\n"),
             std::string::npos)
       << out_;
   write("run/displaced/displaced_00002.obj", named + floor_below);

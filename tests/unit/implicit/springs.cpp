@@ -276,10 +276,11 @@ TEST(Seams, CloseAlikeOnAnyMesh) {
 
 TEST(Seams, MeetSlowly) {
   Scene s = two_panels(0.1);
-  s.seams[0].ramp_time = 0.5;
+  s.seams[0].ramp_time = 2;
   s.seams[0].stiffness = 1000;
   const Closing closing = closing_of(s);
-  EXPECT_LT(closing.speed, 0.1 / closing.time);
+  // Without dashpots it is 2.6 times the mean speed.
+  EXPECT_LT(closing.speed, 2 * 0.1 / closing.time);
 }
 
 TEST(Seams, StandForTheShorterOfTheirEdges) {

@@ -40,6 +40,7 @@ void take_vertices(const Model& whole, const std::vector<unsigned char>& kept, M
   m.to_input = pick(whole.to_input, cloth);
   m.cloth_of_vertex = pick(whole.cloth_of_vertex, cloth);
   m.input_offset = whole.input_offset;
+  m.seam_stiffness = whole.seam_stiffness;
   m.positions = pick(whole.positions, part.vertex);
   m.velocities = pick(whole.velocities, part.vertex);
   m.material_points = pick(whole.material_points, cloth);

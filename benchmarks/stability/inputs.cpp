@@ -60,7 +60,7 @@ std::vector<Field> part_fields() {
       {"circle direction", [](Scene& s) -> double& { return s.handles[1].direction[1]; }},
       {"circle centre", [](Scene& s) -> double& { return s.handles[1].center[1]; }},
       {"circle axis", [](Scene& s) -> double& { return s.handles[1].axis1[1]; }},
-      {"seam stiffness", [](Scene& s) -> double& { return s.seams[0].stiffness; }},
+      {"seam stiffness", [](Scene& s) -> double& { return s.seams[0].stiffness.emplace(); }},
       {"seam start", [](Scene& s) -> double& { return s.seams[0].start_time; }},
       {"seam ramp", [](Scene& s) -> double& { return s.seams[0].ramp_time; }},
       {"seam weld distance",

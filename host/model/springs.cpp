@@ -66,8 +66,8 @@ void add_handle(const Scene& scene, const Model& model, const Handle& handle, do
 
 /// Share of ramp_time in which a seam's dashpots would let a gap without inertia shrink to 1/e.
 /// Without them, springs throw panels into each other. With 0.04 fine meshes have fewer collisions
-/// still, but edges of other panels get between those that are sewn, and stay there.
-constexpr double relaxation_share = 0.015;
+/// still, but from 0.015 on edges of other panels may get between those that are sewn, and stay.
+constexpr double relaxation_share = 0.01;
 
 /// @param full [pairs] [N/m] at the end of the ramp
 /// @param step [s] see springs_at()

@@ -125,6 +125,7 @@ bool StepSolver<T>::solve(const Attempt& a, StepReport& report) {
 /// how cloth stretches than the start turned.
 template <class T>
 bool StepSolver<T>::solve_once(const Attempt& a, StepReport& report) {
+  report.newton_iterations += 1;
   return solve_about_start(a, report, true) &&
          (!turned_in_vain() || solve_about_start(a, report, false));
 }
@@ -143,7 +144,6 @@ bool StepSolver<T>::solve_about_start(const Attempt& a, StepReport& report, bool
   start_at_state(a, turn);
   at_ = {.h = a.h, .moved = true, .without_rates = a.at_rest, .predicted = true};
   assemble();
-  report.newton_iterations += 1;
   const bool solved =
       solve_with_early_look(a, {weight_share * system_.weight_impulse(a.h)}, report);
   book_assembly(report);

@@ -282,7 +282,7 @@ def problem_of(args, made, scene_file, directory):
             ("inside", inside_problem(directory, frames[-1]) if distance == 0 else ""),
             ("pin", pin_problem(scene, frames, made.rate, distance) if constant else ""),
             ("speed", speed_problem(made, scene, frames, made.rate, constant)),
-            ("energy", "" if warned else energy_problem(directory)),
+            ("energy", "" if warned or made.close else energy_problem(directory)),
             ("fall", fall_problem(made, scene, frames, steps) if constant else ""),
             ("rest", rest_problem(made, frames, made.rate) if constant else "")):
         if detail:

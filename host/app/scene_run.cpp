@@ -56,7 +56,9 @@ Origin resume_latest(Simulation& simulation, const RunDirectory& directory,
   const auto files = directory.checkpoints();
   if (files.empty())
     throw SceneError(directory.path().string(), "--resume", "latest",
-                     "a directory with a checkpoint; it has none, so run without --resume");
+                     std::string("a directory with a checkpoint; it has none, so run ") +
+                         (directory.holds_run() ? "with --overwrite instead of" : "without") +
+                         " --resume");
   std::optional<SceneError> first;
   for (const auto& file : files) {
     try {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs random scenes that a user might have written, and says which end badly.
 
-usage: random_scenes.py --program WEFT [--seed N] [--count M] [--only I,J] [--jobs J] [--limit SECONDS] [--keep DIR]
+usage: random_scenes.py --program WEFT [--seed N] [--first I] [--count M] [--only I,J] [--jobs J] [--limit SECONDS] [--keep DIR]
 
 Scene I of seed N is always the same (scene_generator.py). A scene ends well if it exits 0 within --limit seconds of CPU
 time and

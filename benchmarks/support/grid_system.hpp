@@ -154,7 +154,9 @@ class FirstSystem {
   Device& device() { return devices_[0]; }
 
  private:
-  Linearisation at() const { return {scene_.time.step, true, true, true}; }
+  Linearisation at() const {
+    return {.h = scene_.time.step, .moved = true, .without_rates = true, .predicted = true};
+  }
 
   Scene scene_;
   DeviceSet devices_;

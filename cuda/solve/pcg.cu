@@ -16,6 +16,7 @@ struct PcgLaunch {
   SolvePcg<T> solve;          ///< as the first of these ranks has it
   bool several_gpus = false;  ///< other ranks are on other GPUs
   bool resident = false;      ///< blocks have memory for a ResidentTile
+  bool single_tile = false;   ///< a processor has one tile at most
   int rank_count = 0;
   int rank[ranks_max] = {};
 };
@@ -26,6 +27,7 @@ struct CollectiveShared {
   PcgScalars<T> scalars;
   PcgShared<T, kind, lane_rows> block;
   int over;
+  int single_tile;  ///< a processor has one tile at most
 };
 
 /// Shared memory of a block whose first tile is resident; of another, what comes first.
@@ -81,6 +83,7 @@ class CollectiveBlock
         own_epoch_(a_.epoch) {
     if (threadIdx.x == 0) {
       s_.part = a_.parts.data()[rank_];
+      s_.single_tile = launch.single_tile ? 1 : 0;
       s_.scalars = {};
       if (a_.resume) s_.scalars.resume(a_, s_.part.status.data()[0]);
     }
@@ -146,7 +149,12 @@ class CollectiveBlock
   __device__ void send(Index row, const Vec3<T>& x) const {
     peers().send(&SolvePcgPart<T>::u, row, x);
   }
-  __device__ void send_partial(Index n, double sum) const { peers().send_partial(n, sum); }
+  __device__ void send_partial(Index n, double sum) const {
+    peers().send_partial(n, sum, partial_epoch_);
+  }
+  __device__ void take_partials(Index n, double* sums) const {
+    peers().template take_partials<3>(n, partial_epoch_, sums);
+  }
 
   /// Waits for what all ranks whose rows are multiplied here, this one included, have sent of a
   /// vector. Own rows may be written and sent again once a reduction has passed: by then every peer
@@ -155,6 +163,7 @@ class CollectiveBlock
     ++vector_epoch_;
     const Peers<T> p = peers();
     p.publish(Flag::vector, vector_epoch_);
+    if (s_.single_tile != 0) ask_for_matrix<kind, lane_rows>(s_.part, s_.block.share);
     const Index* offset = s_.part.ghost_offset.data();
     for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += Base::threads)
       if (peer == rank_ || offset[peer] < offset[peer + 1])
@@ -209,7 +218,8 @@ class CollectiveBlock
 
   __device__ void wait_for_partials() {
     const Peers<T> p = peers();
-    p.publish(Flag::partials, partial_epoch_);
+    p.announce(Flag::partials, partial_epoch_);
+    ask_for_preconditioner<kind, lane_rows>(s_.part, s_.block.share);
     for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += Base::threads)
       p.wait_for(Flag::partials, peer, partial_epoch_);
     __syncthreads();
@@ -297,6 +307,7 @@ void choose_kernel(GpuLaunch<T>& l) {
   // A processor has the lanes for a tile at a time. With two rows each they take as long for one
   // tile as for two; where the last turn has one, a row each is faster.
   const Offset turns = (l.tiles + processors - 1) / processors;
+  l.launch.single_tile = turns == 1;
   if constexpr (std::is_same_v<T, float>)
     if (turns % 2 == 1) return choose<T, Kind::aggregates, 1>(l, processors);
   choose<T, Kind::aggregates, 2>(l, processors);

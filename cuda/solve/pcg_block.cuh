@@ -110,6 +110,60 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
   return {unit, half, static_cast<int>(threadIdx.x) % 32, first + 32 * half, first < rows};
 }
 
+/// Asks for `bytes` from `from` on, a multiple of 16, to be in the L2 cache soon. GPUs before
+/// Hopper do without.
+__device__ inline void ask_for([[maybe_unused]] const void* from, [[maybe_unused]] Index bytes) {
+#if __CUDA_ARCH__ >= 900
+  if (bytes > 0) asm volatile("cp.async.bulk.prefetch.L2.global [%0], %1;" ::"l"(from), "r"(bytes));
+#endif
+}
+
+/// Asks for the matrix in the rows of a tile, where one tile is all that a processor has: it is on
+/// its way while the block waits for others. Never inlined, as multiply_rows().
+template <Kind kind, int lane_rows, class T>
+__device__ __noinline__ void ask_for_matrix(const SolvePcgPart<T>& part, const BlockShare& share) {
+  const int lane = static_cast<int>(threadIdx.x) % 32;
+  const WarpRows at = rows_of_tile<kind, lane_rows>(share.block, share.rows);
+  for (int j = 0; j < lane_rows && at.first + 32 * j < share.rows; ++j) {
+    const Index slice = (at.first + 32 * j) / cuda_slice;
+    const auto ask = [slice, lane](int first_lane, const auto& m, int numbers) {
+      if (lane / 2 != first_lane / 2) return;
+      const Offset begin = m.slice_offset.data()[slice] * cuda_slice;
+      const auto entries =
+          static_cast<Index>(m.slice_offset.data()[slice + 1] * cuda_slice - begin);
+      if (lane == first_lane)
+        ask_for(m.value.data() + numbers * begin,
+                static_cast<Index>(sizeof(T)) * numbers * entries);
+      else
+        ask_for(m.column.data() + begin, static_cast<Index>(sizeof(Index)) * entries);
+    };
+    ask(0, part.mesh, 9);
+    if (part.far.row_count > 0) ask(2, part.far, 1);
+  }
+}
+
+/// The same for the preconditioner, wherever the first tile is not the only one too.
+template <Kind kind, int lane_rows, class T>
+__device__ __noinline__ void ask_for_preconditioner(const SolvePcgPart<T>& part,
+                                                    const BlockShare& share) {
+  const int lane = static_cast<int>(threadIdx.x) % 32;
+  const WarpRows at = rows_of_tile<kind, lane_rows>(share.block, share.rows);
+  if (!at.any) return;
+  if (lane < lane_rows && at.first + 32 * lane < share.rows)
+    ask_for(part.inverse.value.data() + 9 * Offset{at.first + 32 * lane},
+            static_cast<Index>(9 * cuda_slice * sizeof(T)));
+  if constexpr (kind == Kind::aggregates) {
+    constexpr Index whole = schwarz_aggregates_max;
+    const Index unit = at.first / unit_rows;
+    if (lane == 2 && at.half == 0 && part.fine.aggregates == whole)
+      ask_for(part.fine.inverse.data() + unit * part.fine.domain_numbers(),
+              static_cast<Index>(part.fine.domain_numbers() * sizeof(T)));
+    if (lane == 3 && at.half == 0 && part.wide.aggregates == whole)
+      ask_for(part.wide.inverse.data() + 3 * Offset{unit} * part.wide.size(),
+              static_cast<Index>(3 * part.wide.size() * sizeof(T)));
+  }
+}
+
 /// What one block computes of a rank's share of a solve, whatever the transport. Tiles of
 /// rows_a_tile rows go round the rank's blocks, the same in every phase: what a thread wrote of its
 /// own rows it reads itself. A rank is as slow as a lane is with its rows: where these would be one
@@ -126,7 +180,8 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
 /// and for each of its ends 8. Vectors may come from the cache.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
-///                   other ranks, and send_partial(n, sum), number n of all partial sums.
+///                   other ranks, send_partial(n, sum), number n of all partial sums, and
+///                   take_partials(n, sums), three of them.
 template <class T, Kind kind, int lane_rows, class Transport>
 class PcgBlock {
  protected:
@@ -308,10 +363,12 @@ class PcgBlock {
   /// of them, lanes and warps are then joined pairwise: the shape depends on their number alone.
   __device__ void join_partials(int set) {
     double d[3] = {};
-    const double* all = part_.partial.data() + 3 * set * partials_;
     if (warp() < reduce_threads / 32) {
-      for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += reduce_threads)
-        for (int k = 0; k < 3; ++k) d[k] += all[3 * n + k];
+      for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += reduce_threads) {
+        double sums[3];
+        transport().take_partials(3 * (set * partials_ + n), sums);
+        for (int k = 0; k < 3; ++k) d[k] += sums[k];
+      }
       for (int k = 0; k < 3; ++k) {
         const double sum = sum_lanes(d[k]);
         if (lane() == 0) s_.warp_sum[warp()][k] = sum;

@@ -27,6 +27,7 @@ struct CollectiveShared {
   PcgScalars<T> scalars;
   PcgShared<T, kind, lane_rows> block;
   int over;
+  int last;         ///< the block is the last of its rank to come
   int single_tile;  ///< a processor has one tile at most
 };
 
@@ -149,12 +150,7 @@ class CollectiveBlock
   __device__ void send(Index row, const Vec3<T>& x) const {
     peers().send(&SolvePcgPart<T>::u, row, x);
   }
-  __device__ void send_partial(Index n, double sum) const {
-    peers().send_partial(n, sum, partial_epoch_);
-  }
-  __device__ void take_partials(Index n, double* sums) const {
-    peers().template take_partials<3>(n, partial_epoch_, sums);
-  }
+  __device__ void send_partial(Index n, double sum) const { peers().send_partial(n, sum); }
 
   /// Waits for what all ranks whose rows are multiplied here, this one included, have sent of a
   /// vector. Own rows may be written and sent again once a reduction has passed: by then every peer
@@ -216,19 +212,25 @@ class CollectiveBlock
     Base::template sum_products<has_contacts>(magnitudes, parity());
   }
 
-  __device__ void wait_for_partials() {
+  /// warp_sum[0] = the partial sums of all ranks, for thread 0. The last block of the rank to come
+  /// adds them up. If all did, reading the same few lines would take them longer than waiting.
+  __device__ void reduce() {
     const Peers<T> p = peers();
-    p.announce(Flag::partials, partial_epoch_);
+    __syncthreads();
+    if (threadIdx.x == 0) s_.last = p.last_to_come(Flag::partials) ? 1 : 0;
     ask_for_preconditioner<kind, lane_rows>(s_.part, s_.block.share);
+    __syncthreads();
+    double* sums = s_.block.warp_sum[0];
+    if (s_.last == 0) {
+      if (threadIdx.x == 0) p.take_sums(partial_epoch_, sums);
+      return;
+    }
+    p.publish_last(Flag::partials, partial_epoch_);
     for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += Base::threads)
       p.wait_for(Flag::partials, peer, partial_epoch_);
     __syncthreads();
-  }
-
-  /// warp_sum[0] = the partial sums of all ranks, for thread 0.
-  __device__ void reduce() {
-    wait_for_partials();
     Base::join_partials(parity());
+    if (threadIdx.x == 0) p.hand_out_sums(partial_epoch_, sums);
   }
 
   CollectiveShared<T, kind, lane_rows>& s_;
@@ -301,13 +303,14 @@ void choose_kernel(GpuLaunch<T>& l) {
   int processors = 0;
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, l.queue->gpu()),
         "cudaDeviceGetAttribute", l.queue->rank());
+  // A processor has lanes for one tile at a time.
+  const Offset turns = (l.tiles + processors - 1) / processors;
+  l.launch.single_tile = turns == 1;
   if constexpr (std::is_same_v<T, float>)
     if (!l.launch.solve.levelled && l.launch.solve.partial_rows <= pcg_plain_partial_rows_max)
       return choose<T, Kind::jacobi, 1>(l, processors);
-  // A processor has the lanes for a tile at a time. With two rows each they take as long for one
-  // tile as for two; where the last turn has one, a row each is faster.
-  const Offset turns = (l.tiles + processors - 1) / processors;
-  l.launch.single_tile = turns == 1;
+  // With two rows each they take as long for one tile as for two; where the last turn has one, a
+  // row each is faster.
   if constexpr (std::is_same_v<T, float>)
     if (turns % 2 == 1) return choose<T, Kind::aggregates, 1>(l, processors);
   choose<T, Kind::aggregates, 2>(l, processors);

@@ -118,8 +118,8 @@ __device__ inline void ask_for([[maybe_unused]] const void* from, [[maybe_unused
 #endif
 }
 
-/// Asks for the matrix in the rows of a tile, where one tile is all that a processor has: it is on
-/// its way while the block waits for others. Never inlined, as multiply_rows().
+/// Asks for the matrix in the rows of the block's first tile, which comes while the block waits for
+/// others. Slower where processors have more tiles than one. Never inlined, as multiply_rows().
 template <Kind kind, int lane_rows, class T>
 __device__ __noinline__ void ask_for_matrix(const SolvePcgPart<T>& part, const BlockShare& share) {
   const int lane = static_cast<int>(threadIdx.x) % 32;
@@ -142,7 +142,7 @@ __device__ __noinline__ void ask_for_matrix(const SolvePcgPart<T>& part, const B
   }
 }
 
-/// The same for the preconditioner, wherever the first tile is not the only one too.
+/// The same for the preconditioner. Faster for any number of tiles.
 template <Kind kind, int lane_rows, class T>
 __device__ __noinline__ void ask_for_preconditioner(const SolvePcgPart<T>& part,
                                                     const BlockShare& share) {
@@ -180,8 +180,7 @@ __device__ __noinline__ void ask_for_preconditioner(const SolvePcgPart<T>& part,
 /// and for each of its ends 8. Vectors may come from the cache.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
-///                   other ranks, send_partial(n, sum), number n of all partial sums, and
-///                   take_partials(n, sums), three of them.
+///                   other ranks, and send_partial(n, sum), number n of all partial sums.
 template <class T, Kind kind, int lane_rows, class Transport>
 class PcgBlock {
  protected:
@@ -363,12 +362,10 @@ class PcgBlock {
   /// of them, lanes and warps are then joined pairwise: the shape depends on their number alone.
   __device__ void join_partials(int set) {
     double d[3] = {};
+    const double* all = part_.partial.data() + 3 * set * partials_;
     if (warp() < reduce_threads / 32) {
-      for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += reduce_threads) {
-        double sums[3];
-        transport().take_partials(3 * (set * partials_ + n), sums);
-        for (int k = 0; k < 3; ++k) d[k] += sums[k];
-      }
+      for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += reduce_threads)
+        for (int k = 0; k < 3; ++k) d[k] += all[3 * n + k];
       for (int k = 0; k < 3; ++k) {
         const double sum = sum_lanes(d[k]);
         if (lane() == 0) s_.warp_sum[warp()][k] = sum;

@@ -14,7 +14,9 @@ constexpr int ranks_max = 32;
 enum class Flag { vector, partials, own };
 constexpr int flag_stride = 64;
 constexpr int count_place = 32;
-static_assert(ranks_max <= count_place && pcg_flags >= 3 * flag_stride);
+/// After the flags: halves of the sums of a reduction, each with the epoch in the word behind it.
+constexpr int sums_place = 3 * flag_stride;
+static_assert(ranks_max <= count_place && pcg_flags >= sums_place + 12);
 
 /// What a block of a collective solve does to reach the other ranks. Flags, rows of vectors and
 /// partial sums are written into the memory of those who need them, so that nobody waits for an
@@ -41,24 +43,48 @@ class Peers {
   /// block calls it.
   __device__ void publish(Flag flag, std::uint32_t epoch) const {
     __syncthreads();
-    if (threadIdx.x != 0) return;
+    if (threadIdx.x == 0 && last_to_come(flag)) publish_last(flag, epoch);
+  }
+  /// The halves of publish(), for thread 0. Whether all other blocks of the rank have come before:
+  /// what they wrote is visible to a fence after this.
+  __device__ bool last_to_come(Flag flag) const {
+    const auto last = static_cast<unsigned>(blocks_ - 1);
+    ::cuda::atomic_thread_fence(::cuda::std::memory_order_release, ::cuda::thread_scope_device);
+    // Begins again by itself.
+    return atomicInc(&word(part_, flag, count_place), last) == last;
+  }
+  __device__ void publish_last(Flag flag, std::uint32_t epoch) const {
     if (several_gpus_)
-      publish_within<::cuda::thread_scope_system>(flag, epoch, 0, ranks());
+      store_epoch<::cuda::thread_scope_system>(flag, epoch, 0, ranks());
     else
-      publish_within<::cuda::thread_scope_device>(flag, epoch, 0, ranks());
+      store_epoch<::cuda::thread_scope_device>(flag, epoch, 0, ranks());
   }
 
-  /// The same without a promise about what is visible: for partial sums, which say themselves
-  /// whether they are there. Fences would take longer than all else that a reduction waits for.
-  __device__ void announce(Flag flag, std::uint32_t epoch) const {
-    __syncthreads();
-    if (threadIdx.x != 0 || !last_to_come(flag)) return;
-    for (int peer = 0; peer < ranks(); ++peer)
-      Word<::cuda::thread_scope_system>(word(a_.parts.data()[peer], flag, rank_))
-          .store(epoch, ::cuda::std::memory_order_relaxed);
+  /// The three sums of a reduction to the other blocks of the rank, in halves, each stored together
+  /// with the epoch, so that they need neither a flag nor a fence.
+  __device__ void hand_out_sums(std::uint32_t epoch, const double* sums) const {
+    for (int k = 0; k < 6; ++k) {
+      const auto bits = static_cast<std::uint64_t>(__double_as_longlong(sums[k / 2]));
+      half(k).store(std::uint64_t{epoch} << 32 | (k % 2 == 0 ? bits & low : bits >> 32),
+                    ::cuda::std::memory_order_relaxed);
+    }
+  }
+  __device__ void take_sums(std::uint32_t epoch, double* sums) const {
+    std::uint64_t halves[6];
+    bool there = false;
+    while (!there) {
+      there = true;
+#pragma unroll
+      for (int k = 0; k < 6; ++k) halves[k] = half(k).load(::cuda::std::memory_order_relaxed);
+#pragma unroll
+      for (int k = 0; k < 6; ++k) there = there && halves[k] >> 32 == epoch;
+    }
+    for (int k = 0; k < 3; ++k)
+      sums[k] = __longlong_as_double(
+          static_cast<long long>((halves[2 * k] & low) | halves[2 * k + 1] << 32));
   }
 
-  /// Until `peer` has published or announced `epoch`. The waiting is on own memory.
+  /// Until `peer` has published `epoch`. The waiting is on own memory.
   __device__ void wait_for(Flag flag, int peer, std::uint32_t epoch) const {
     if (several_gpus_)
       wait_within<::cuda::thread_scope_system>(flag, peer, epoch);
@@ -76,8 +102,8 @@ class Peers {
   /// The halves of own_barrier(), between which a block may do what waits for no other.
   __device__ void arrive(std::uint32_t epoch) const {
     __syncthreads();
-    if (threadIdx.x == 0)
-      publish_within<::cuda::thread_scope_device>(Flag::own, epoch, rank_, rank_ + 1);
+    if (threadIdx.x == 0 && last_to_come(Flag::own))
+      store_epoch<::cuda::thread_scope_device>(Flag::own, epoch, rank_, rank_ + 1);
   }
   __device__ void wait_for_own(std::uint32_t epoch) const {
     if (threadIdx.x == 0) wait_within<::cuda::thread_scope_device>(Flag::own, rank_, epoch);
@@ -111,67 +137,31 @@ class Peers {
       (a_.parts.data()[__ffs(static_cast<int>(left)) - 1].*vector).data()[begin_ + row] = x;
   }
 
-  /// Number n of the partial sums of a solve, to all ranks: in halves, each stored together with
-  /// the epoch.
-  __device__ void send_partial(Index n, double sum, std::uint32_t epoch) const {
-    const auto bits = static_cast<std::uint64_t>(__double_as_longlong(sum));
-    const std::uint64_t tag = std::uint64_t{epoch} << 32;
-    for (int peer = 0; peer < ranks(); ++peer) {
-      half(a_.parts.data()[peer], n, 0)
-          .store(tag | (bits & low), ::cuda::std::memory_order_relaxed);
-      half(a_.parts.data()[peer], n, 1)
-          .store(tag | (bits >> 32), ::cuda::std::memory_order_relaxed);
-    }
-  }
-
-  /// `count` numbers from n on, once they are those of the epoch.
-  template <int count>
-  __device__ void take_partials(Index n, std::uint32_t epoch, double* sums) const {
-    std::uint64_t halves[2 * count];
-    bool there = false;
-    while (!there) {
-#pragma unroll
-      for (int k = 0; k < 2 * count; ++k)
-        halves[k] = half(part_, n + k / 2, k % 2).load(::cuda::std::memory_order_relaxed);
-      there = true;
-#pragma unroll
-      for (int k = 0; k < 2 * count; ++k)
-        there = there && static_cast<std::uint32_t>(halves[k] >> 32) == epoch;
-    }
-#pragma unroll
-    for (int k = 0; k < count; ++k)
-      sums[k] = __longlong_as_double(
-          static_cast<long long>((halves[2 * k] & low) | (halves[2 * k + 1] << 32)));
+  /// Number n of the partial sums of a solve, to all ranks.
+  __device__ void send_partial(Index n, double sum) const {
+    for (int peer = 0; peer < ranks(); ++peer) a_.parts.data()[peer].partial.data()[n] = sum;
   }
 
  private:
   template <::cuda::thread_scope scope>
   using Word = ::cuda::atomic_ref<std::uint32_t, scope>;
-  using Half = ::cuda::atomic_ref<std::uint64_t, ::cuda::thread_scope_system>;
+  using Half = ::cuda::atomic_ref<std::uint64_t, ::cuda::thread_scope_device>;
   static constexpr std::uint64_t low = 0xffffffffu;
-
-  __device__ static Half half(const SolvePcgPart<T>& part, Index n, int which) {
-    return Half(reinterpret_cast<std::uint64_t*>(part.partial.data())[2 * n + which]);
-  }
 
   __device__ static std::uint32_t& word(const SolvePcgPart<T>& part, Flag flag, int place) {
     return part.ready.data()[static_cast<int>(flag) * flag_stride + place];
   }
-  /// Whether all other blocks of the rank have asked before. The count begins again by itself.
-  __device__ bool last_to_come(Flag flag) const {
-    const auto last = static_cast<unsigned>(blocks_ - 1);
-    return atomicInc(&word(part_, flag, count_place), last) == last;
-  }
+  /// One fence serves the stores to all ranks, and what other blocks wrote: it comes after the
+  /// count, through which this thread has seen theirs.
   template <::cuda::thread_scope scope>
-  __device__ void publish_within(Flag flag, std::uint32_t epoch, int first, int last) const {
-    ::cuda::atomic_thread_fence(::cuda::std::memory_order_release, ::cuda::thread_scope_device);
-    if (!last_to_come(flag)) return;
-    // One fence serves the stores to all ranks, and what other blocks wrote: it comes after the
-    // count, through which this thread has seen theirs.
+  __device__ void store_epoch(Flag flag, std::uint32_t epoch, int first, int last) const {
     ::cuda::atomic_thread_fence(::cuda::std::memory_order_acq_rel, scope);
     for (int peer = first; peer < last; ++peer)
       Word<scope>(word(a_.parts.data()[peer], flag, rank_))
           .store(epoch, ::cuda::std::memory_order_relaxed);
+  }
+  __device__ Half half(int k) const {
+    return Half(reinterpret_cast<std::uint64_t*>(part_.ready.data() + sums_place)[k]);
   }
   template <::cuda::thread_scope scope>
   __device__ void wait_within(Flag flag, int peer, std::uint32_t epoch) const {

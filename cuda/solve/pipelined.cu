@@ -96,9 +96,6 @@ class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T
   __device__ void send_partial(Index n, double sum) const {
     Base::part_.partial.data()[n] = sum;
   }
-  __device__ void take_partials(Index n, double* sums) const {
-    for (int k = 0; k < 3; ++k) sums[k] = Base::part_.partial.data()[n + k];
-  }
 
   const SolvePipelined<T>& args_;
 };

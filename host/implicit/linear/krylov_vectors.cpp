@@ -14,15 +14,13 @@ void KrylovVectors<T>::make(Device& device, const RankRows& own, Index vertices,
   weft::make(device, stamp, cloth);
   weft::make(device, ghost, cloth);
   weft::make(device, ghost_offset, static_cast<std::size_t>(ranks) + 1);
-  weft::make(device, partial,
-             static_cast<std::size_t>(pcg_partial_numbers(vertices, partial_rows)));
+  weft::make(device, partial, 6 * static_cast<std::size_t>(pcg_partials(vertices, partial_rows)));
   weft::make(device, ready, pcg_flags);
   weft::make(device, receivers, ranks > 1 ? rows : 0);
   weft::make(device, status, 1);
   weft::make(device, parts, static_cast<std::size_t>(ranks));
   device.compute().fill(stamp.data(), 0, cloth * sizeof(Index));
   device.compute().fill(ready.data(), 0, pcg_flags * sizeof(std::uint32_t));
-  device.compute().fill(partial.data(), 0, partial.size() * sizeof(double));
   device.compute().sync();
 }
 

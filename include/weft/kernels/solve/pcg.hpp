@@ -43,14 +43,8 @@ WEFT_HD constexpr Index pcg_partials(Index rows, Index partial_rows) noexcept {
   return (rows + step - 1) / step;
 }
 
-/// Numbers that a solve needs room for: three products of each partial sum, two epochs. On CUDA a
-/// number takes twice its size, see Peers::send_partial().
-WEFT_HD constexpr Index pcg_partial_numbers(Index rows, Index partial_rows) noexcept {
-  return 2 * 3 * 2 * pcg_partials(rows, partial_rows);
-}
-
 /// Words of SolvePcgPart::ready. Each backend uses them in its own way.
-constexpr int pcg_flags = 192;
+constexpr int pcg_flags = 256;
 
 /// One rank's part of a collective solve. All ranks read all parts.
 template <class T>
@@ -66,13 +60,11 @@ struct SolvePcgPart {
   Span<const Vec3<T>> rhs;          ///< [rows] b
   Span<const Index> ghost;          ///< vertices of others that these rows multiply
   Span<const Index> ghost_offset;   ///< [ranks + 1] part of `ghost` that each owner has
-  Span<Vec3<T>> x;           ///< [vertices] in: own rows of the initial guess; out: own rows of dv
-  Span<Vec3<T>> u;           ///< [vertices] exchanged vector, own rows and ghosts valid
-  Span<Vec3<T>> r, w, p, s;  ///< [rows]
-  /// [pcg_partial_numbers() of the whole system] sums of two epochs; on CUDA zero before the first
-  /// solve
-  Span<double> partial;
-  Span<std::uint32_t> ready;      ///< [pcg_flags] epoch flags, zero before the first solve
+  Span<Vec3<T>> x;            ///< [vertices] in: own rows of the initial guess; out: own rows of dv
+  Span<Vec3<T>> u;            ///< [vertices] exchanged vector, own rows and ghosts valid
+  Span<Vec3<T>> r, w, p, s;   ///< [rows]
+  Span<double> partial;       ///< [2 * 3 * pcg_partials() of the whole system], two epochs
+  Span<std::uint32_t> ready;  ///< [pcg_flags] epoch flags, zero before the first solve
   Span<std::uint32_t> receivers;  ///< [rows] scratch where there are several ranks
   Span<SolveStatus> status;       ///< [1]
   TrackedRows tracked{};  ///< sums that dv has to have; on the host only, with a single rank

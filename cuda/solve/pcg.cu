@@ -63,6 +63,33 @@ __device__ __noinline__ void multiply_contact_operator(const SolvePcg<T>& args,
       [&](Index first) { add_contact_rows<true>(part, share.begin, share.rows, first, vector); });
 }
 
+/// warp_sum[0] = the partial sums of all ranks in a set, for thread 0. The last block of the rank
+/// to come adds them up. If all did, reading the same few lines would take them longer than
+/// waiting. Never inlined, as multiply_rows().
+template <class T, Kind kind, int lane_rows>
+__device__ __noinline__ void reduce_partials(const SolvePcg<T>& args,
+                                             CollectiveShared<T, kind, lane_rows>& s,
+                                             bool several_gpus, std::uint32_t epoch, int set) {
+  const BlockShare& share = s.block.share;
+  const Peers<T> p(args, s.part, several_gpus, share.rank, share.begin, share.block, share.blocks);
+  __syncthreads();
+  if (threadIdx.x == 0) s.last = p.last_to_come(Flag::partials) ? 1 : 0;
+  ask_for_preconditioner<kind, lane_rows>(s.part, share);
+  __syncthreads();
+  double* sums = s.block.warp_sum[0];
+  if (s.last == 0) {
+    if (threadIdx.x == 0) p.take_sums(epoch, sums);
+    return;
+  }
+  if (threadIdx.x == 0) p.publish_last(Flag::partials, epoch);
+  for (int peer = static_cast<int>(threadIdx.x); peer < p.ranks();
+       peer += block_threads<kind, lane_rows>)
+    p.wait_for(Flag::partials, peer, epoch);
+  __syncthreads();
+  join_partials(s.part, s.block, set);
+  if (threadIdx.x == 0) p.hand_out_sums(epoch, sums);
+}
+
 /// What one block does in a solve whose ranks reach each other's memory.
 /// @tparam has_contacts there are contacts. What multiplies them takes registers that solves
 /// without
@@ -212,26 +239,8 @@ class CollectiveBlock
     Base::template sum_products<has_contacts>(magnitudes, parity());
   }
 
-  /// warp_sum[0] = the partial sums of all ranks, for thread 0. The last block of the rank to come
-  /// adds them up. If all did, reading the same few lines would take them longer than waiting.
-  __device__ void reduce() {
-    const Peers<T> p = peers();
-    __syncthreads();
-    if (threadIdx.x == 0) s_.last = p.last_to_come(Flag::partials) ? 1 : 0;
-    ask_for_preconditioner<kind, lane_rows>(s_.part, s_.block.share);
-    __syncthreads();
-    double* sums = s_.block.warp_sum[0];
-    if (s_.last == 0) {
-      if (threadIdx.x == 0) p.take_sums(partial_epoch_, sums);
-      return;
-    }
-    p.publish_last(Flag::partials, partial_epoch_);
-    for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += Base::threads)
-      p.wait_for(Flag::partials, peer, partial_epoch_);
-    __syncthreads();
-    Base::join_partials(parity());
-    if (threadIdx.x == 0) p.hand_out_sums(partial_epoch_, sums);
-  }
+  /// warp_sum[0] = the partial sums of all ranks, for thread 0.
+  __device__ void reduce() { reduce_partials(a_, s_, several_gpus_, partial_epoch_, parity()); }
 
   CollectiveShared<T, kind, lane_rows>& s_;
   bool several_gpus_;

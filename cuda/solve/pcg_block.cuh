@@ -164,6 +164,31 @@ __device__ __noinline__ void ask_for_preconditioner(const SolvePcgPart<T>& part,
   }
 }
 
+/// warp_sum[0] = the partial sums of all ranks in a set, for thread 0. A thread adds some
+/// of them, lanes and warps are then joined pairwise: the shape depends on their number alone.
+template <class T, Kind kind, int lane_rows>
+__device__ void join_partials(const SolvePcgPart<T>& part, PcgShared<T, kind, lane_rows>& s,
+                              int set) {
+  const int warp = static_cast<int>(threadIdx.x) / 32;
+  const int lane = static_cast<int>(threadIdx.x) % 32;
+  double d[3] = {};
+  const double* all = part.partial.data() + 3 * set * s.share.partials;
+  if (warp < reduce_threads / 32) {
+    for (auto n = static_cast<Index>(threadIdx.x); n < s.share.partials; n += reduce_threads)
+      for (int k = 0; k < 3; ++k) d[k] += all[3 * n + k];
+    for (int k = 0; k < 3; ++k) {
+      const double sum = sum_lanes(d[k]);
+      if (lane == 0) s.warp_sum[warp][k] = sum;
+    }
+  }
+  __syncthreads();
+  if (warp != 0) return;
+  for (int k = 0; k < 3; ++k) {
+    const double sum = sum_lanes(lane < reduce_threads / 32 ? s.warp_sum[lane][k] : 0.0);
+    if (lane == 0) s.warp_sum[0][k] = sum;
+  }
+}
+
 /// What one block computes of a rank's share of a solve, whatever the transport. Tiles of
 /// rows_a_tile rows go round the rank's blocks, the same in every phase: what a thread wrote of its
 /// own rows it reads itself. A rank is as slow as a lane is with its rows: where these would be one
@@ -355,27 +380,6 @@ class PcgBlock {
         store_partials(tile - (kept - 1) * blocks_, kept, set);
         kept = 0;
       }
-    }
-  }
-
-  /// warp_sum[0] = the partial sums of all ranks in a set, for thread 0. A thread adds some
-  /// of them, lanes and warps are then joined pairwise: the shape depends on their number alone.
-  __device__ void join_partials(int set) {
-    double d[3] = {};
-    const double* all = part_.partial.data() + 3 * set * partials_;
-    if (warp() < reduce_threads / 32) {
-      for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += reduce_threads)
-        for (int k = 0; k < 3; ++k) d[k] += all[3 * n + k];
-      for (int k = 0; k < 3; ++k) {
-        const double sum = sum_lanes(d[k]);
-        if (lane() == 0) s_.warp_sum[warp()][k] = sum;
-      }
-    }
-    __syncthreads();
-    if (warp() != 0) return;
-    for (int k = 0; k < 3; ++k) {
-      const double sum = sum_lanes(lane() < reduce_threads / 32 ? s_.warp_sum[lane()][k] : 0.0);
-      if (lane() == 0) s_.warp_sum[0][k] = sum;
     }
   }
 

@@ -83,7 +83,7 @@ class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T
 
   /// One block alone.
   __device__ void take_sums() {
-    Base::join_partials(0);
+    join_partials(Base::part_, Base::s_, 0);
     if (threadIdx.x != 0) return;
     PipelinedState<T>& state = args_.state.data()[0];
     const double* d = Base::s_.warp_sum[0];

@@ -90,6 +90,25 @@ __device__ __noinline__ void reduce_partials(const SolvePcg<T>& args,
   if (threadIdx.x == 0) p.hand_out_sums(epoch, sums);
 }
 
+/// Waits for what all ranks whose rows are multiplied here, this one included, have sent of a
+/// vector. Own rows may be written and sent again once a reduction has passed: by then every peer
+/// has multiplied them. Never inlined, as multiply_rows().
+template <class T, Kind kind, int lane_rows>
+__device__ __noinline__ void exchange_vector(const SolvePcg<T>& args,
+                                             CollectiveShared<T, kind, lane_rows>& s,
+                                             bool several_gpus, std::uint32_t epoch) {
+  const BlockShare& share = s.block.share;
+  const Peers<T> p(args, s.part, several_gpus, share.rank, share.begin, share.block, share.blocks);
+  p.publish(Flag::vector, epoch);
+  if (s.single_tile != 0) ask_for_matrix<kind, lane_rows>(s.part, share);
+  const Index* offset = s.part.ghost_offset.data();
+  for (int peer = static_cast<int>(threadIdx.x); peer < p.ranks();
+       peer += block_threads<kind, lane_rows>)
+    if (peer == share.rank || offset[peer] < offset[peer + 1])
+      p.wait_for(Flag::vector, peer, epoch);
+  __syncthreads();
+}
+
 /// What one block does in a solve whose ranks reach each other's memory.
 /// @tparam has_contacts there are contacts. What multiplies them takes registers that solves
 /// without
@@ -179,22 +198,9 @@ class CollectiveBlock
   }
   __device__ void send_partial(Index n, double sum) const { peers().send_partial(n, sum); }
 
-  /// Waits for what all ranks whose rows are multiplied here, this one included, have sent of a
-  /// vector. Own rows may be written and sent again once a reduction has passed: by then every peer
-  /// has multiplied them.
-  __device__ void exchange() {
-    ++vector_epoch_;
-    const Peers<T> p = peers();
-    p.publish(Flag::vector, vector_epoch_);
-    if (s_.single_tile != 0) ask_for_matrix<kind, lane_rows>(s_.part, s_.block.share);
-    const Index* offset = s_.part.ghost_offset.data();
-    for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += Base::threads)
-      if (peer == rank_ || offset[peer] < offset[peer + 1])
-        p.wait_for(Flag::vector, peer, vector_epoch_);
-    __syncthreads();
-  }
+  __device__ void exchange() { exchange_vector(a_, s_, several_gpus_, ++vector_epoch_); }
 
-  /// The same for x, which is not sent as it changes.
+  /// exchange() of x, which is not sent as it changes.
   __device__ void exchange_x() {
     Base::store_resident_x();
     if (ranks() > 1)

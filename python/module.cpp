@@ -309,6 +309,7 @@ PYBIND11_MODULE(_weft, m) {
           [](weft::Scene& s, double friction) { s.contact.friction = friction; })
       .def_readwrite("method", &weft::Scene::method)
       .def_property_readonly("frames", [](const weft::Scene& s) { return s.time.frames; })
+      .def_readonly("warnings", &weft::Scene::warnings)
       .def_property_readonly("cloths",
                              [](const weft::Scene& s) {
                                std::vector<weft::ClothId> ids;

@@ -1,6 +1,7 @@
 #include "host/adaptive/remesh.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
@@ -36,6 +37,8 @@ class Remesher {
         options_(options),
         single_(single_share * options.budget.joules),
         limited_(options.budget.laws != nullptr && has_limits(*options.budget.laws)) {
+    for (std::size_t v = 0; v < mesh.sewn.size(); ++v)
+      if (mesh.sewn[v] >= 0) sewn_together_[mesh.sewn[v]].push_back(static_cast<Index>(v));
     if (std::isfinite(options.budget.joules)) bending_.emplace(mesh, options.bending, single_);
   }
 
@@ -74,6 +77,7 @@ class Remesher {
   bool keeps_limits(const Change& fresh, const std::vector<Index>& old) const;
   double energy_of(const Change& fresh, const std::vector<Index>& old) const;
   bool is_affordable(double cost) const;
+  bool stacks(const Change& fresh, const std::vector<Index>& old) const;
   bool may_do(const Change& fresh, const std::vector<Index>& old);
 
   /// Momentum of the vertices, of those that may change only, before and after a change.
@@ -84,7 +88,9 @@ class Remesher {
   PinSets& pins_;
   Clearance& clearance_;
   const RemeshOptions& options_;
-  double single_;                       ///< [J] what one flip or collapse may cost
+  double single_;  ///< [J] what one flip or collapse may cost
+  /// Vertices by SurfaceMesh::sewn.
+  std::map<Index, std::vector<Index>> sewn_together_;
   bool limited_;                        ///< some material has strain limits
   std::optional<BendingCost> bending_;  ///< none where any energy will do
   RemeshCounts counts_;
@@ -218,13 +224,38 @@ bool Remesher::is_affordable(double cost) const {
   return sum + std::max(0.0, split_) >= -options_.budget.joules;
 }
 
+/// The places of a triangle's corners once all seams are welded, in ascending order; the first is
+/// -1 if not all of them are on seams.
+std::array<Index, 3> sewn_places(const SurfaceMesh& m, const Tri& tri) {
+  std::array<Index, 3> places{-1, -1, -1};
+  for (std::size_t j = 0; j < 3; ++j)
+    if (at(tri.v[j]) < m.sewn.size()) places[j] = m.sewn[at(tri.v[j])];
+  std::sort(places.begin(), places.end());
+  return places;
+}
+
+/// Whether a new triangle would lie on another one once all seams are welded, as can happen in the
+/// corner of two panels that are sewn on both sides of it.
+bool Remesher::stacks(const Change& fresh, const std::vector<Index>& old) const {
+  for (const FreshTriangle& f : fresh) {
+    const std::array<Index, 3> places = sewn_places(m_, f.tri);
+    if (places[0] < 0) continue;
+    for (const Index v : sewn_together_.at(places[0]))
+      for (const Index out : m_.star(v))
+        if (std::find(old.begin(), old.end(), out / 3) == old.end() &&
+            sewn_places(m_, m_.triangles[at(out / 3)]) == places)
+          return true;
+  }
+  return false;
+}
+
 /// Whether a change is cheap enough and meets nothing; counts what it costs, or that it is refused.
 bool Remesher::may_do(const Change& fresh, const std::vector<Index>& old) {
   const double stretch = bending_ ? energy_of(fresh, old) : 0;
   std::vector<Tri> triangles;
   for (const FreshTriangle& f : fresh) triangles.push_back(f.tri);
   if (std::abs(stretch) > single_ || !is_affordable(stretch) || !keeps_limits(fresh, old) ||
-      !clearance_.is_clear(triangles, old, true)) {
+      stacks(fresh, old) || !clearance_.is_clear(triangles, old, true)) {
     ++counts_.refused;
     return false;
   }

@@ -41,7 +41,8 @@ struct RemeshOptions {
 /// (Narain, Samii and O'Brien 2012, section 4.2). The outline in material space, seams, borders
 /// between materials and groups, and kept vertices stay; pinned edges keep their ends and at least
 /// three vertices. No operation turns a triangle over, makes
-/// a sliver, or causes an intersection with cloth or an obstacle. Mass is preserved, and so is the
+/// a sliver, causes an intersection with cloth or an obstacle, or makes two triangles with the same
+/// corners once all seams are welded. Mass is preserved, and so is the
 /// linear momentum of vertices that are not held. A pure function, on one thread.
 /// @param mesh after connect() and set_metric()
 /// @param pins the sets that the mesh's `hold` refers to

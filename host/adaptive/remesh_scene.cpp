@@ -111,11 +111,17 @@ void Assembly::add_holds() {
 
 /// Edges of the outline that run along a seam to another vertex stay as they are.
 void Assembly::lock_seams() {
+  std::vector<SeamPair> pairs = seam_pairs(scene_);
   std::vector<unsigned char> sewn(m.positions.size(), 0);
-  for (const SeamPair& pair : seam_pairs(scene_))
+  for (const SeamPair& pair : pairs)
     for (const Index v : pair.v) sewn[at(v)] = 1;
   for (Index h = 0; h < static_cast<Index>(m.twin.size()); ++h)
     m.locked[at(h)] = m.twin[at(h)] < 0 && sewn[at(m.from(h))] != 0 && sewn[at(m.to(h))] != 0;
+  std::erase_if(pairs, [](const SeamPair& pair) { return !(pair.weld_distance > 0); });
+  const std::vector<Index> places = grouped(m.positions.size(), pairs);
+  m.sewn.assign(m.positions.size(), -1);
+  for (const SeamPair& pair : pairs)
+    for (const Index v : pair.v) m.sewn[at(v)] = places[at(v)];
 }
 
 /// @param local [vertices] number within its cloth, -1: it is gone

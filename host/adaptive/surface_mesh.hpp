@@ -38,7 +38,10 @@ struct SurfaceMesh {
   std::vector<unsigned char> kept;   ///< Keeping
   std::vector<unsigned char> heavy;  ///< 1: pinned or sewn, so its velocity must not change
   std::vector<Index> place;          ///< equal for vertices that are welded
-  std::vector<Index> leaving;        ///< a half-edge that starts at it; -1: it is gone
+  /// [vertices before the remesh] equal for vertices that are welded once all seams are; -1: on
+  /// none
+  std::vector<Index> sewn;
+  std::vector<Index> leaving;                 ///< a half-edge that starts at it; -1: it is gone
   std::vector<std::array<Index, 2>> parents;  ///< ends of the split edge; itself twice: original
   // material points: one per vertex, several where panels meet
   std::vector<Vec2<double>> material;  ///< [m]

@@ -440,6 +440,23 @@ void warn_of_displaced(const std::vector<Frame>& frames, const std::vector<Outco
   fmt::print(stderr, "weft: warning: {}\n", one_line(text));
 }
 
+/// Frames of a run that failed, or was killed, are clean too: a line for each directory of a run
+/// that is not whole.
+void warn_of_incomplete(const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) {
+    const RunDirectory directory(input);
+    if (!is_there(directory.steps())) continue;
+    const Json report = Json::parse(bytes_if_readable(directory.report()), nullptr, false);
+    std::string why;
+    if (!report.is_object())
+      why = "has no report.json, so it goes on or was killed";
+    else if (report.contains("failure") && report["failure"].is_string())
+      why = "is not whole: " + report["failure"].get<std::string>();
+    if (!why.empty())
+      fmt::print(stderr, "weft: warning: {}\n", one_line(input + ": the run " + why));
+  }
+}
+
 /// Whether garments are worn at the end of each input, with a line for each garment, or for each of
 /// its faults.
 /// @param text whether to print these
@@ -495,6 +512,7 @@ int run(const CheckRequest& request) {
       std::any_of(frames.begin(), frames.end(), [](const Frame& f) { return !f.options.self; }))
     fmt::print("contact.self is false in the scene: cloth against cloth was left out\n");
   if (!request.quiet) warn_of_displaced(frames, outcomes, summary);
+  if (!request.quiet) warn_of_incomplete(request.inputs);
   bool all_worn = true;
   const Json worn =
       request.worn && summary.unreadable == 0 ? check_all_worn(request, text, all_worn) : Json();

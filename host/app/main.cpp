@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <malloc.h>
+#include <signal.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -148,6 +149,7 @@ std::vector<std::string> words_of(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   keep_freed_memory();
+  ::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of the shell is an error of its write
   CLI::App app("weft: a cloth engine", "weft");
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);

@@ -56,7 +56,9 @@ Origin resume_latest(Simulation& simulation, const RunDirectory& directory,
   const auto files = directory.checkpoints();
   if (files.empty())
     throw SceneError(directory.path().string(), "--resume", "latest",
-                     "a directory with a checkpoint; it has none, so run without --resume");
+                     std::string("a directory with a checkpoint; it has none, so run ") +
+                         (directory.holds_run() ? "with --overwrite instead of" : "without") +
+                         " --resume");
   std::optional<SceneError> first;
   for (const auto& file : files) {
     try {
@@ -352,12 +354,8 @@ int SceneRun::finish(const std::optional<std::string>& failure, ExitCode code,
   std::optional<Vec3<double>> shown = place;
   if (shown) *shown -= meshes.origin;
   const bool picture = write_failure_picture(directory_, meshes, shown);
-  if (gain_said_ && !gained_)
-    show(stderr,
-         "weft: warning: cloth gained up to {:.4g} J from nothing, by {:.6g} s: {:.3g} % of the "
-         "{:.4g} J at play\n",
-         balance_.gain(), balance_.gain_time(), 100 * balance_.gain() / balance_.gain_at_play(),
-         balance_.gain_at_play());
+  if (gain_said_ && !gained_) show(stderr, "weft: warning: {}\n", balance_.gain_text());
+  warn_of_intersections(simulation_.scene(), facts.verdict, directory_);
   if (failure)
     show(stderr, "weft: {}; checkpoint {}{}\n", *failure,
          checkpoint_.empty() ? "none" : checkpoint_.string(),

@@ -16,8 +16,9 @@ void refuse_foreign(const Scene& scene, const Id<Part>& id, std::size_t count, c
     throw SceneError(scene.file, list, "a part of another scene",
                      "what this scene's add() has returned");
   if (id.index < 0 || static_cast<std::size_t>(id.index) >= count)
-    throw SceneError(scene.file, list, std::to_string(id.index),
-                     "0 to " + std::to_string(count) + ", which is excluded");
+    throw SceneError(
+        scene.file, list, "number " + std::to_string(id.index),
+        count == 0 ? "none, as the list is empty" : "0 to " + std::to_string(count - 1));
 }
 
 /// @throws SceneError if a value of the wind is out of range

@@ -1,5 +1,6 @@
 #include <atomic>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <utility>
@@ -57,6 +58,10 @@ PinId Scene::pin(ClothId cloth, std::vector<Index> vertices) {
   pin.cloth = cloth;
   pin.vertices = std::move(vertices);
   return add(std::move(pin));
+}
+
+PinId Scene::pin(ClothId cloth, std::initializer_list<Index> vertices) {
+  return pin(cloth, std::vector<Index>(vertices));
 }
 
 PinId Scene::pin(ClothId cloth, const VertexGroup& group) {

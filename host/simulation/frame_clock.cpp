@@ -56,11 +56,11 @@ double FrameClock::begin_program_frame(double seconds, double now, std::int64_t 
   const double unit = automatic() ? 1 / time_.frame_rate : frame_step_length(time_);
   const double count = std::round(seconds / unit);
   const bool whole = std::abs(seconds - count * unit) <= 1e-6 * unit && count >= 1;
-  if (!(seconds > 0 && seconds <= most_steps * unit) || (automatic() && !whole))
+  if (!(seconds >= quantity::step.least && seconds <= most_steps * unit) || (automatic() && !whole))
     throw SceneError(file_, "advance", text_of(seconds) + " s",
                      automatic()
                          ? "a whole number of frames of " + text_of(unit) + " s, at least one"
-                         : "a time > 0, of at most a million steps");
+                         : "a time from 1e-9 s to that of a million steps");
   if (automatic()) {
     const int frames = control_->frames(now) + static_cast<int>(count);
     frame_ = {now, frame_time(time_, frames), 0, 0, 0};

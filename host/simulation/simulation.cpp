@@ -55,6 +55,14 @@ class ShownStep {
   ProgressBoard& board_;
 };
 
+/// @throws DeviceError unless there is a device
+DeviceSet not_empty(DeviceSet devices) {
+  if (devices.size() < 1)
+    throw DeviceError(
+        "devices: none; allowed: at least one, in a set that no other simulation has been given");
+  return devices;
+}
+
 }  // namespace
 
 std::string AdvanceResult::message() const {
@@ -70,7 +78,7 @@ struct Simulation::Implementation {
   std::vector<std::vector<Vec3<float>>> places;  ///< [cloths] what positions() has given out
 
   Implementation(Scene scene, DeviceSet d)
-      : devices(std::move(d)), live(std::move(scene), devices) {}
+      : devices(not_empty(std::move(d))), live(std::move(scene), devices) {}
 
   /// The scene and its run while one thread uses it.
   struct Alone {

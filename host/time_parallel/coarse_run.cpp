@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "host/base/temporary_file.hpp"
+#include "host/scene/contact_energy.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slice_start.hpp"
@@ -17,11 +18,17 @@ namespace fs = std::filesystem;
 
 constexpr int bisections_max = 20;  ///< that a scene may ask for
 constexpr int eases_max = 8;        ///< however much coarser the meshes are
+/// Share of the energy at play that a step may gain from nothing.
+constexpr double gain_max = 0.1;
 
 /// Whether surfaces are jammed: the step has failed, or stands only as zones have moved as rigid
 /// bodies. After one of those come many, each of which goes all the way down to there.
 bool jammed(const StepReport& report) {
   return report.failure != Failure::none || report.fallback_level >= FallbackLevel::rigid;
+}
+
+double total(const Energy& e) {
+  return e.kinetic + e.elastic + e.gravitational;
 }
 
 fs::path eased_file(const fs::path& directory) {
@@ -61,8 +68,10 @@ void CoarseRun::save(std::int64_t step) const {
   simulation_->save(CoarseStates::file(directory_, step), false);
 }
 
-void CoarseRun::make_simulation() {
+/// @param linear takes steps with a single linear solve
+void CoarseRun::make_simulation(bool linear) {
   Scene scene = level_.scene;
+  if (linear) scene.solver.newton_iterations = 1;
   if (!eased_.empty()) {
     scene.contact.thickness = eases_[eased_.size() - 1].thickness;
     scene.contact.substep_bisections = eases_[eased_.size() - 1].substep_bisections;
@@ -84,6 +93,33 @@ StepReport CoarseRun::take(Step& result) {
   return result.taken.back();
 }
 
+/// Whether the latest step has given cloth energy that nothing put into it. Known from the states
+/// at both of its ends, so that it does not matter where a run was interrupted.
+bool CoarseRun::gained(const StepReport& report, const Energy& before) const {
+  if (!report.work) return false;
+  const Energy after = simulation_->energy();
+  const double at_play = before.kinetic + before.elastic +
+                         std::abs(after.gravitational - before.gravitational) +
+                         std::abs(*report.work);
+  return total(after) - total(before) - *report.work >
+         gain_max * at_play + energy_of_contacts(simulation_->scene(), report.step);
+}
+
+/// Takes the latest step again, with a single linear solve. The run goes on from the outcome with
+/// less energy.
+void CoarseRun::repeat_linearly(std::int64_t number, Step& result) {
+  const TemporaryFile kept(directory_ / "gained.weft");
+  simulation_->save(kept.path, false);
+  const double energy = total(simulation_->energy());
+  make_simulation(true);
+  simulation_->resume(CoarseStates::file(directory_, number - 1), SceneChanges::allow);
+  const StepReport report = take(result);
+  if (report.failure == Failure::none && !jammed(report) && total(simulation_->energy()) < energy)
+    simulation_->save(kept.path, false);
+  make_simulation();
+  simulation_->resume(kept.path, SceneChanges::allow);
+}
+
 CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
                                 const std::function<void(double work)>& done) {
   const std::int64_t number = simulation_->step_number() + 1;
@@ -95,6 +131,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
   };
   const TemporaryFile stands(directory_ / "jammed.weft");
   Step result;
+  const Energy before = simulation_->energy();
   StepReport report = take(result);
   const StepReport first = report;
   if (first.failure == Failure::none && may_relax(first)) simulation_->save(stands.path, false);
@@ -120,6 +157,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
   result.failure = report.failure;
   result.failure_detail = report.failure_detail;
   if (report.failure != Failure::none) return result;
+  if (eased_.size() == eased_before && gained(report, before)) repeat_linearly(number, result);
   done(result.work);
   if (eased_.size() > eased_before)
     write_work(eased_file(directory_), std::vector<double>(eased_.begin(), eased_.end()));

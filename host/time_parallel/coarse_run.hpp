@@ -37,6 +37,10 @@ std::vector<std::int64_t> coarse_relaxed(const std::filesystem::path& directory,
 /// coarse_relaxations(). That one stays in force for the rest of the run. The last one is reserved
 /// for steps that fail.
 ///
+/// A step that gives cloth energy from nothing is repeated with a single linear solve, and the
+/// outcome with less energy stays: a few iterations of Newton's method on a coarse mesh may throw
+/// cloth from a body that the linear solve, which dissipates, lets it slide over.
+///
 /// Saved states never change, because slices may have started from them. The relaxations depend on
 /// the states alone, not on how often the run was interrupted.
 class CoarseRun {
@@ -67,8 +71,10 @@ class CoarseRun {
 
  private:
   void save(std::int64_t step) const;
-  void make_simulation();
+  void make_simulation(bool linear = false);
   StepReport take(Step& result);
+  bool gained(const StepReport& report, const Energy& before) const;
+  void repeat_linearly(std::int64_t number, Step& result);
 
   const CoarseScene& level_;
   std::filesystem::path directory_;

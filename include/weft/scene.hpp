@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -29,7 +30,9 @@ class SceneIdentity {
 };
 
 /// A part that Scene::add() or Scene::pin() has added. It belongs to that scene and its copies, and
-/// counts as the number of the part in their lists.
+/// counts as the number of the part in their lists: removing a part from a list gives the numbers
+/// of those behind it to others. As the plain number that structs such as Cloth hold, it no longer
+/// knows its scene.
 template <class Part>
 struct Id {
   Index index = -1;
@@ -291,8 +294,8 @@ struct Seam {
   /// [N/m] per pair, > 0; empty: 1e5 N/m^2 times the length of seam that a pair stands for, and
   /// 1000 N/m for a pair without neighbours
   std::optional<double> stiffness{};
-  double start_time = 0;           ///< [s]
-  double ramp_time = 0.5;          ///< [s] until the stiffness is reached; it grows with time cubed
+  double start_time = 0;   ///< [s]
+  double ramp_time = 0.5;  ///< [s] until the stiffness is reached; it grows with time cubed
   /// [m] pairs closer than this become one vertex; 0: never; empty: as the contact thickness.
   std::optional<double> weld_distance{};
   bool may_stay_open = false;  ///< open pairs at the end are no failure; see SeamState
@@ -571,6 +574,7 @@ struct Scene {
   /// Pins vertices of a cloth where they start.
   /// @throws SceneError if `cloth` is not of this scene, or has no group of that name
   PinId pin(ClothId cloth, std::vector<Index> vertices);
+  PinId pin(ClothId cloth, std::initializer_list<Index> vertices);
   PinId pin(ClothId cloth, const VertexGroup& group);
 };
 

@@ -30,7 +30,7 @@ class Simulation {
  public:
   /// @throws SceneError  if the scene is not valid, or starts intersecting or inside an obstacle
   /// @throws StoppedError if the devices are told to stop during setup
-  /// @throws DeviceError if the devices cannot run the scene
+  /// @throws DeviceError if the devices cannot run the scene, or have been moved into another one
   Simulation(Scene scene, DeviceSet devices);
   Simulation(Scene scene, AutoDevice);
   ~Simulation();
@@ -55,8 +55,10 @@ class Simulation {
   /// its targets at the end of the frame, on straight lines. If a budget, a stop or a failure
   /// interrupts a frame, the next call goes on with it, whatever `seconds` that call asks for;
   /// targets set in between are those of the frame after it. So the states are the same, bit for
-  /// bit, for any budget.
-  /// @param seconds > 0. A whole number of the scene's steps takes these; any other time takes
+  /// bit, for any budget. A frame whose targets cannot be reached is given up by restore() with a
+  /// state() from before they were set.
+  /// @param seconds at least 1e-9. A whole number of the scene's steps takes these; any other time
+  /// takes
   ///                steps of one length, no longer than the scene's. With automatic steps: a whole
   ///                number of the scene's frames
   /// @throws SceneError if it is out of range
@@ -145,7 +147,7 @@ class Simulation {
   /// Writes a checkpoint to a temporary file beside `file`, syncs it and renames it.
   /// @param synced false: does not wait for the disk. The file then survives the end of the
   ///               program, but a power cut may damage it
-  /// @throws std::filesystem::filesystem_error if that fails; `file` is then unchanged
+  /// @throws SceneError if that fails; `file` is then unchanged
   void save(const std::filesystem::path& file, bool synced = true) const;
 
   /// Loads the state from a checkpoint of the same scene. Later steps give the same bits as if the

@@ -188,7 +188,7 @@ def test_cloth_without_uv_has_the_flat_start_as_its_pattern():
     (lambda s, w, c: s.move(c, [[0, 0, 0], [0, float("nan"), 0]]), "vertex 1: nan"),
     (lambda s, w, c: w.pin(c, [0]), r"cloth: PinId\(0\); .* add_cloth"),
     (lambda s, w, c: s.move(7, [[0, 0, 0]]), "part: 7; .* add_obstacle"),
-    (lambda s, w, c: s.advance(0), "a time > 0"),
+    (lambda s, w, c: s.advance(0), "a time from 1e-9 s"),
     (lambda s, w, c: s.restore(b"nonsense"), "does not begin with WEFT"),
     (lambda s, w, c: weft.Simulation(w, "cpu:many"), "cpu:many"),
     (lambda s, w, c: weft.load("nowhere.json"), "nowhere.json"),
@@ -258,6 +258,55 @@ def test_scene_files_and_sweeps():
     assert [values["time.step"] for values, _ in ends] == [0.02, 0.01]
     difference = numpy.abs(ends[0][1][0] - ends[1][1][0]).max()
     assert 0 < difference < 0.02
+
+
+def test_scene_files_warn():
+    with pytest.warns(UserWarning, match="^time.step: 5 s is longer than a frame"):
+        weft.load(SCENES / "swing.json", ["triangles=100", "time.step=5"])
+
+
+def test_a_sweep_accounts_for_every_run():
+    grid = {"triangles": [100, -5, 100], "model.bending": [False], "wind.velocity": [(0, 0, 0)],
+            "time.step": numpy.array([0.02])}
+    ends = []
+    with pytest.raises(weft.SceneError, match="1 of 3 runs failed, the first with .*'triangles': -5.* allowed: ") as raised:
+        ends.extend(weft.sweep(SCENES / "swing.json", grid, seconds=0.04))
+    assert len(ends) == 2 and len(raised.value.failed) == 1
+    numpy.testing.assert_array_equal(ends[0][1][0], ends[1][1][0])
+    for values in ("12", 12):
+        with pytest.raises(weft.SceneError, match="grid: time.frames: .* allowed: a list of values"):
+            list(weft.sweep(SCENES / "swing.json", {"time.frames": values}))
+
+
+KILLED = """
+import os, signal, threading, time
+import weft
+def kill_a_worker():
+    while True:
+        for process in os.listdir("/proc"):
+            try:
+                stat = open(f"/proc/{process}/stat").read().rsplit(")", 1)[1].split()
+                line = open(f"/proc/{process}/cmdline").read()
+            except OSError:
+                continue
+            if int(stat[1]) == os.getpid() and "spawn_main" in line:
+                os.kill(int(process), signal.SIGKILL)
+                return
+        time.sleep(0.01)
+if __name__ == "__main__":
+    threading.Thread(target=kill_a_worker).start()
+    try:
+        list(weft.sweep("SCENE", {"triangles": [100, 120]}))
+    except RuntimeError as error:
+        print(len(error.failed))
+"""
+
+
+def test_a_sweep_whose_process_is_killed_ends(tmp_path):
+    script = tmp_path / "killed.py"
+    script.write_text(KILLED.replace("SCENE", str(SCENES / "swing.json")))
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "2\n", done.stderr
 
 
 def write_tube(folder, lift):

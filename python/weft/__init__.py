@@ -9,7 +9,9 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import itertools
+import json
 import multiprocessing
 import os
 import sys
@@ -289,9 +291,11 @@ def run(scene: Scene, seconds: float | None = None, device: str = "auto",
 
 
 def load(file: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Scene:
-    """A Scene from a scene file. overrides: such as ["time.step=0.01"]."""
+    """A Scene from a scene file. overrides: such as ["time.step=0.01"]. Warns as `weft run` does."""
     scene = Scene()
     object.__setattr__(scene, "_scene", _weft.load(str(file), list(overrides)))
+    for warning in scene._scene.warnings:
+        warnings.warn(warning, stacklevel=2)
     return scene
 
 
@@ -301,17 +305,44 @@ def sweep(file: str | os.PathLike[str], grid: Mapping[str, Sequence[Any]], secon
     """Runs a scene file with every combination of values and yields (values, positions of all cloths at the end).
 
     grid: such as {"time.step": [0.01, 0.005], "wind.density": [0, 1.2]}; processes: how many at once.
+    Runs that are refused or fail are left out. Once all others are done, the first of these errors is raised with
+    a count; its attribute `failed` is a list of (values, error).
     """
-    keys = list(grid)
-    values = [dict(zip(keys, each)) for each in itertools.product(*grid.values())]
-    tasks = [(str(file), [f"{key}={value}" for key, value in each.items()], seconds, device) for each in values]
-    with multiprocessing.get_context("spawn").Pool(processes) as pool:
-        yield from zip(values, pool.imap(_last, tasks))
+    for key, each in grid.items():
+        if isinstance(each, str) or not hasattr(each, "__iter__"):
+            raise SceneError(f"grid: {key}: {each!r}; allowed: a list of values")
+    all_values = [dict(zip(grid, each)) for each in itertools.product(*grid.values())]
+    failed: list[tuple[dict[str, Any], Exception]] = []
+    context = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(processes, context) as pool:
+        try:
+            runs = [pool.submit(_last, str(file), [f"{key}={_text(value)}" for key, value in values.items()], seconds,
+                                device) for values in all_values]
+            for values, one in zip(all_values, runs):
+                error = one.exception()
+                if error is None:
+                    yield values, one.result()
+                elif isinstance(error, Exception):
+                    failed.append((values, error))
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+    if failed:
+        values, first = failed[0]
+        kind = type(first) if isinstance(first, (SceneError, DeviceError, SimulationError)) else RuntimeError
+        raised = kind(f"{len(failed)} of {len(all_values)} runs failed, the first with {values}: {first}")
+        raised.failed = failed  # type: ignore[attr-defined]
+        raise raised
 
 
-def _last(task: tuple[str, list[str], float | None, str]) -> list[NDArray[numpy.float32]]:
+def _text(value: Any) -> str:
+    """As --set reads it: texts as they are, all else as JSON."""
+    if isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
+    return json.dumps(value, default=lambda array: array.tolist())
+
+
+def _last(file: str, overrides: list[str], seconds: float | None, device: str) -> list[NDArray[numpy.float32]]:
     """Positions of all cloths at the end of one run of sweep()."""
-    file, overrides, seconds, device = task
     scene = load(file, overrides)
     for frame in run(scene, seconds, device, progress=False):
         pass

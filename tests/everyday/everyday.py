@@ -41,19 +41,28 @@ def vertices(frame):
             yield [float(x) for x in line.split()[1:4]]
 
 
+def cloths(frame):
+    """places [m] of the vertices of each cloth, by its name"""
+    places = {}
+    for line in frame.read_text().splitlines():
+        word, _, rest = line.partition(" ")
+        if word == "o":
+            name = rest.strip()
+        elif word == "v":
+            places.setdefault(name, []).append([float(x) for x in rest.split()[:3]])
+    return places
+
+
 def moved_x(directory, frame):
     """[m] by "moved_x_" and the name of a cloth"""
     def means(path):
-        cloths = {}
-        for line in path.read_text().splitlines():
-            word, _, rest = line.partition(" ")
-            if word == "o":
-                name = rest.strip()
-            elif word == "v":
-                cloths.setdefault(name, []).append(float(rest.split()[0]))
-        return {name: sum(x) / len(x) for name, x in cloths.items()}
+        return {name: sum(x[0] for x in places) / len(places) for name, places in cloths(path).items()}
     first, last = means(directory / "frames" / "cloth_00000.obj"), means(frame)
     return {"moved_x_" + name: last[name] - first[name] for name in first}
+
+
+def steps_of(directory):
+    return [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
 
 
 def frame_problem(directory, about, expected):
@@ -89,16 +98,14 @@ def compliance_problem(directory):
 def energy_problem(directory, about):
     if "elastic_max" not in about:
         return ""
-    steps = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
-    peak = max(step["energy"]["elastic"] for step in steps if "energy" in step)
+    peak = max(step["energy"]["elastic"] for step in steps_of(directory) if "energy" in step)
     return "" if peak <= about["elastic_max"] else f"elastic energy of {peak:.4g} J"
 
 
 def work_problem(directory, about):
     if "solves_max" not in about:
         return ""
-    steps = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
-    solves = sum(step["solves"] for step in steps)
+    solves = sum(step["solves"] for step in steps_of(directory))
     return "" if solves <= about["solves_max"] else f"{solves} linear solves"
 
 
@@ -121,7 +128,7 @@ def seam_problem(directory):
 
 def state_problem(directory, about):
     rate = json.loads((directory / "scene.json").read_text())["time"]["frame_rate"]
-    steps = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
+    steps = steps_of(directory)
     for time, ranges in about.get("at", {}).items():
         frame = directory / "frames" / f"cloth_{round(float(time) * rate):05}.obj"
         places = list(zip(*vertices(frame)))

@@ -60,6 +60,12 @@ TEST_F(CommandLine, MistakesAreOneLine) {
                  "allowed: an integer from 1 to 1000000");
 }
 
+TEST_F(CommandLine, PlansWarnAsRunsDo) {
+  EXPECT_EQ(weft({"plan", "small.json", "--probe", "0", "--set", "time.step=5"}), 0) << err_;
+  EXPECT_EQ(err_.find("weft: warning: time.step: 5 s is longer than a frame of 0.04 s"), 0u)
+      << err_;
+}
+
 TEST_F(CommandLine, LostOutputIsNoSuccess) {
   for (const char* words : {"info", "info --fabrics", "run --help"})
     EXPECT_EQ(wait(start_words(

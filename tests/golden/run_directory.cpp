@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <array>
@@ -108,6 +109,49 @@ TEST_F(RunDirectoryTest, ARunIsReplacedOnlyIfAsked) {
     EXPECT_EQ(report("a")["frames"], 2);
     EXPECT_FALSE(fs::exists(at("a/frames/cloth_00003.obj")));
   }
+}
+
+/// Neither message sends to the other.
+TEST_F(RunDirectoryTest, ARunWithoutACheckpointIsReplaced) {
+  ASSERT_EQ(run("a", {"--frames", "1"}), 0) << err_;
+  fs::remove(at("a/checkpoint_00001.weft"));
+  fs::remove(at("a/report.json"));
+  EXPECT_EQ(weft({"check", "a"}), 0) << err_;
+  EXPECT_EQ(err_, "weft: warning: a: the run has no report.json, so it goes on or was killed\n");
+  std::vector<std::string> command{"run", "small.json", "-o", "a", "--no-preview"};
+  EXPECT_EQ(weft(command), 2);
+  EXPECT_EQ(err_,
+            "weft: a: -o: a directory that holds another run; allowed: another directory, or "
+            "--overwrite to replace it\n");
+  command.insert(command.end(), {"--resume", "latest"});
+  EXPECT_EQ(weft(command), 2);
+  EXPECT_EQ(err_,
+            "weft: a: --resume: latest; allowed: a directory with a checkpoint; it has none, so "
+            "run with --overwrite instead of --resume\n");
+}
+
+TEST_F(RunDirectoryTest, ChecksSayThatARunEndedEarly) {
+  EXPECT_EQ(weft({"run", "small.json", "-o", "a", "--no-preview", "--frames", "100000",
+                  "--time-limit", "1"}),
+            130)
+      << err_;
+  EXPECT_EQ(weft({"check", "a"}), 0) << err_;
+  EXPECT_EQ(err_, "weft: warning: a: the run is not whole: stopped by the time limit of 1 s\n");
+  EXPECT_EQ(weft({"check", "a", "--quiet"}), 0);
+  EXPECT_EQ(err_, "");
+}
+
+TEST_F(RunDirectoryTest, AFileBeyondTheLimitOfTheShellIsNamed) {
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  rlimit small = before;
+  small.rlim_cur = 20000;
+  ::setrlimit(RLIMIT_FSIZE, &small);
+  const int code = run("a", {"--set", "cloths.0.grid.cells=[40,40]"});
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_EQ(code, 2) << err_;
+  EXPECT_EQ(line_count(err_), 1) << err_;
+  EXPECT_NE(err_.find("cannot write: File too large"), std::string::npos) << err_;
 }
 
 TEST_F(RunDirectoryTest, ACheckpointFromElsewhereReplacesNothing) {

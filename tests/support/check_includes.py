@@ -98,7 +98,7 @@ ROOMS = {
     "lab/plan": ("geometry", "scene/seams", "scene", "model", "implicit/contact"),
     "app/process": ("base",),
     "app/run": (
-        "base", "input", "exec", "scene/fabric", "scene", "time_parallel", "io/mesh", "io/spool", "io/usd",
+        "base", "input", "exec", "scene", "time_parallel", "io/mesh", "io/spool", "io/usd",
         "io/gltf", "render", "io/scene", "lab/check", "app/process",
     ),
     "app/chart": (

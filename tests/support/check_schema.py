@@ -46,7 +46,7 @@ BEYOND_SCHEMA = {
     "pin_out_of_range", "pin_twice", "rest_missing", "rest_triangles",
     "rest_vertices", "rotate_zero_axis", "sequence_missing", "sequence_no_place",
     "skinned_not_animated", "sleep_method", "too_many_steps", "too_many_triangles", "unknown_cloth",
-    "unknown_material", "view_track",
+    "unknown_material", "fabric_not_material", "view_track",
     "no_materials", "pin_obstacle_none", "repair_nothing_left", "motion_too_far", "mesh_too_far",
     "refine_too_fine",
 }

@@ -23,8 +23,15 @@ Guess guess_units(const Aabb& cloth, const std::optional<Aabb>& body) {
   const double size = known.longest_side();
   const char* unit = size <= largest_in_metres ? "m" : size <= largest_in_centimetres ? "cm" : "mm";
   const double metres = unit[0] == 'c' ? 0.01 : unit == std::string("mm") ? 0.001 : 1;
-  return {unit, fmt::format("guessed: the {} is {} units large, and {:.3g} m is a likely size",
-                            body ? "body" : "cloth", box_text(known), metres * size)};
+  constexpr double largest_ratio = 40;  // of a body and a handkerchief
+  const double other = cloth.longest_side();
+  const bool differ = other * largest_ratio < size || size * largest_ratio < other;
+  return {unit, fmt::format("guessed: the {} is {} units large, and {:.3g} m is a likely size{}",
+                            body ? "body" : "cloth", box_text(known), metres * size,
+                            differ ? fmt::format("; the cloth is {}, perhaps in another unit: give "
+                                                 "it \"units\" of its own",
+                                                 box_text(cloth))
+                                   : "")};
 }
 
 Guess guess_up(const Aabb& cloth, const std::optional<Aabb>& body, const std::string& extension) {

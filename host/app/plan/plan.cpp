@@ -258,6 +258,8 @@ void make_plan(const PlanRequest& request) {
     parse_accuracy_target(request.target);  // refused before anything runs
   refuse_unwritable(request.json, "--json", request.scene);
   const Scene scene = request.read();
+  for (const std::string& warning : scene.warnings)
+    fmt::print(stderr, "weft: warning: {}\n", one_line(warning));
   fmt::print("{}: {}, method {}, {}\n\n", one_line(scene.name),
              counted(triangle_count(scene), "triangle"), scene.method,
              counted(scene.time.frames, "frame"));

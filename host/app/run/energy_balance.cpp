@@ -1,8 +1,10 @@
 #include "host/app/run/energy_balance.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
-#include "host/scene/fabric/material_areas.hpp"
+#include "host/scene/contact_energy.hpp"
 #include "host/scene/frame_steps.hpp"
 
 namespace weft::app {
@@ -16,18 +18,6 @@ constexpr double explosion_factor = 1000;
 constexpr double sudden_factor = 1e5;
 /// `needles` in steps of 0.02 s comes to 30.
 constexpr double lasting_factor = 100;
-
-/// Energy that contacts can release: enough to lift all cloth by the thickness, and to throw it
-/// that far within a step, because their stiffness follows from the step.
-/// @param step [s]
-double stored_in_contacts(const Scene& scene, double step) {
-  const std::vector<MaterialAreas> areas = areas_by_material(scene);
-  double mass = 0;
-  for (std::size_t m = 0; m < areas.size(); ++m) mass += areas[m].sum * scene.materials[m].density;
-  const double thickness = contact_thickness(scene.contact);
-  const double speed = thickness / step;
-  return mass * (length(scene.gravity) * thickness + speed * speed);
-}
 
 }  // namespace
 
@@ -46,7 +36,7 @@ EnergyBalance::EnergyBalance(const Scene& scene, const Energy& start)
       // those of cloth out of view are its own.
       known_(scene.method != "asynchronous" && scene.method != "view"),
       dissipates_(scene.integrator != Integrator::bdf2),
-      stored_(stored_in_contacts(scene, longest_step(scene.time))) {
+      stored_(energy_of_contacts(scene, longest_step(scene.time))) {
   restart(start);
 }
 
@@ -69,13 +59,19 @@ double EnergyBalance::bound() const {
   return gain_max * at_play() + stored_;
 }
 
+std::string EnergyBalance::gain_text() const {
+  return fmt::format(
+      "cloth gained up to {:.4g} J from nothing, by {:.6g} s: {:.3g} % of the {:.4g} J at play",
+      gain_, gain_time_, 100 * gain_ / gain_at_play_, gain_at_play_);
+}
+
 void EnergyBalance::add(const StepReport& step, const std::optional<Energy>& energy) {
   unknown_ = unknown_ || !known_ || !step.work;
   work_ += step.work.value_or(0);
   work_range_.add(work_);
   if (scene_->time.automatic && step.step < shortest_step_) {
     shortest_step_ = step.step;
-    stored_ = stored_in_contacts(*scene_, step.step);
+    stored_ = energy_of_contacts(*scene_, step.step);
   }
   if (!energy) return;
   const double now = total(*energy) - work_;

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <optional>
+#include <string>
 
 #include "weft/report.hpp"
 #include "weft/scene.hpp"
@@ -47,6 +48,8 @@ class EnergyBalance {
   double gain_time() const { return gain_time_; }
   /// [J] energy at play by then
   double gain_at_play() const { return gain_at_play_; }
+  /// How large the largest gain was.
+  std::string gain_text() const;
   /// [J] that a gain may come to now
   double bound() const;
 

@@ -176,9 +176,12 @@ bool RunDirectory::holds_run() const {
 
 void RunDirectory::refuse_run() const {
   if (!holds_run()) return;
+  // The method "time_parallel" goes on from its partition.
+  const bool resumable = !checkpoints().empty() || is_there(path_ / "partition.json");
   throw SceneError(path_.string(), "-o", "a directory that holds another run",
-                   "another directory, --resume latest to continue that run, or --overwrite to "
-                   "replace it");
+                   std::string("another directory, ") +
+                       (resumable ? "--resume latest to continue that run, " : "") +
+                       "or --overwrite to replace it");
 }
 
 void RunDirectory::refuse_links() const {

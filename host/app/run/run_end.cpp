@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "host/app/process/show.hpp"
+#include "host/input/counted.hpp"
 #include "host/render/close_up.hpp"
 #include "host/render/picture.hpp"
 #include "host/render/png_file.hpp"
@@ -54,6 +55,13 @@ lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
   cloth.material_triangles.clear();
   return lab::validate(cloth, meshes.obstacles.empty() ? nullptr : &obstacle,
                        meshes.displaced.empty() ? nullptr : &displaced, options);
+}
+
+void warn_of_intersections(const Scene& scene, const lab::DisplacedVerdict& verdict,
+                           const RunDirectory& directory) {
+  if (verdict.intersections() == 0 || !scene.contact.self) return;
+  show(stderr, "weft: warning: the last frame has {}; weft check {} names them\n",
+       counted(verdict.intersections(), "intersection"), directory.path().string());
 }
 
 bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,

@@ -15,6 +15,10 @@ enum ExitCode { done = 0, simulation_failed = 4, stopped = 130 };
 /// @param sewn see lab::ValidatorOptions
 lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn);
 
+/// Says on standard error that cloth intersects something at the end, unless the scene allows it.
+void warn_of_intersections(const Scene& scene, const lab::DisplacedVerdict& verdict,
+                           const RunDirectory& directory);
+
 /// Whether a run draws preview.png: as the request says, else if standard output and standard error
 /// are a terminal, where a person waits for it.
 bool draws_preview(const RunRequest& request);

@@ -13,6 +13,7 @@
 
 #include "host/app/process/show.hpp"
 #include "host/app/process/stop_signal.hpp"
+#include "host/app/run/energy_balance.hpp"
 #include "host/app/run/frame_writer.hpp"
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/progress.hpp"
@@ -93,7 +94,8 @@ class TimeRun {
   void write_schedule(const std::vector<std::int64_t>& starts) const;
   SlicesOutcome work_off(OrderedFrames& frames);
   int finish(const SlicesOutcome& outcome, OrderedFrames& frames);
-  RunTotals join_steps(const SlicesOutcome& outcome, const Energy& start) const;
+  RunTotals join_steps(const SlicesOutcome& outcome, const Energy& start,
+                       EnergyBalance& balance) const;
   double largest_frame_change(const SlicesOutcome& outcome) const;
   void write_blended(const SlicesOutcome& outcome, OrderedFrames& frames);
   bool streams() const { return scene_.fine().time_parallel.blend_frames == 0; }
@@ -262,13 +264,16 @@ SliceOutcome TimeRun::work_off_slice(const SliceTask& task, const std::string& d
 }
 
 /// steps.jsonl of the run, from those of its slices.
-RunTotals TimeRun::join_steps(const SlicesOutcome& outcome, const Energy& start) const {
+RunTotals TimeRun::join_steps(const SlicesOutcome& outcome, const Energy& start,
+                              EnergyBalance& balance) const {
   RunTotals totals(start);
   std::string all;
   for (std::size_t j = 0; j < outcome.slices.size(); ++j)
     all += read_steps(DiskSink::steps(run_, static_cast<int>(j)),
-                      std::numeric_limits<std::int64_t>::max(),
-                      [&](const StepLine& line) { totals.add(line); });
+                      std::numeric_limits<std::int64_t>::max(), [&](const StepLine& line) {
+                        totals.add(line);
+                        balance.add(line.report, line.energy);
+                      });
   write_file_atomically(directory_.steps(), all);
   return totals;
 }
@@ -353,13 +358,16 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   const auto failure = failure_of(outcome);
   const ExitCode code = outcome.done ? done : stop_requested() ? stopped : simulation_failed;
   Simulation last(scene_.fine(), host_devices(1));
-  RunTotals totals = join_steps(outcome, last.energy());
+  const Energy start = last.energy();
+  EnergyBalance balance(scene_.fine(), start);
+  RunTotals totals = join_steps(outcome, start, balance);
   totals.wall = outcome.wall;
   const int slices = static_cast<int>(outcome.slices.size());
   const fs::path end = SliceFiles(run_, slices - 1).end();
   if (outcome.done) last.resume(end, SceneChanges::allow);
   const FrameMeshes meshes = frame_meshes(last.scene(), last.local_frame());
-  RunFacts facts{{devices_.text(), {}}, validate_frame(meshes, false), outcome.done, failure};
+  RunFacts facts{{devices_.text(), {}}, validate_frame(meshes, false), outcome.done, failure, {},
+                 balance.gain()};
   Json report = make_report(last, totals, facts);
   report["method"] = "time_parallel";
   report["time_parallel"] =
@@ -369,6 +377,8 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   if (!request_.report.empty()) write_file_atomically(request_.report, text);
   if (failure) show(stderr, "weft: {}; what is done is in {}\n", *failure, run_.string());
   if (code != done) return code;
+  warn_of_intersections(last.scene(), facts.verdict, directory_);
+  if (balance.gain() > 0) show(stderr, "weft: warning: {}\n", balance.gain_text());
   if (const std::string limits = totals.exceeded_limits(); !limits.empty())
     show(stderr, "weft: warning: {}\n", limits);
   const bool preview =

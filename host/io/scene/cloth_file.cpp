@@ -23,13 +23,6 @@ namespace {
 constexpr double least_plain_stretch = 0.8;
 constexpr double most_plain_stretch = 1.25;
 
-/// Three digits, for messages.
-std::string rounded_text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.3g", value);
-  return buffer;
-}
-
 /// Material coordinates of a flat mesh are coordinates in its own plane, those of a curved one in
 /// the plane that it unfolds into.
 /// @throws SceneError if it is curved and may not be
@@ -108,6 +101,16 @@ void read_uv(Fields& fields, Mesh& mesh, Scene& scene) {
 
 }  // namespace
 
+std::string rounded_text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.3g", value);
+  return buffer;
+}
+
+bool may_be_in_other_units(double size) {
+  return size >= 30 && size <= 3000;
+}
+
 Mesh read_cloth_file(Fields& fields, const std::filesystem::path& path,
                      const ReadableFolders& folders, const FileAxes& axes, Scene& scene) {
   Mesh mesh = read_surface(path, Uv::material, folders, &scene.warnings);
@@ -159,7 +162,7 @@ void warn_of_units(const Mesh& mesh, const Transform& transform, const std::stri
                    Scene& scene) {
   const Vec3<double> extents = aabb_of(mesh.positions).size();
   const double size = std::max({extents[0], extents[1], extents[2]});
-  if (transform.scale != 1 || !(size >= 30 && size <= 3000)) return;
+  if (transform.scale != 1 || !may_be_in_other_units(size)) return;
   const bool centimetres = size < 300;
   scene.warnings.push_back(field + ": it is " + rounded_text(size) +
                            " m large; if its file is in " +

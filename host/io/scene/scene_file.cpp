@@ -91,6 +91,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   hide_experimental(result.resolved);
   if (!experimental_values.is_null()) root.record(experimental_key, experimental_values);
   validate(scene);
+  warn_of_mistakes(result.resolved, groups, scene);
   return result;
 }
 

@@ -68,10 +68,19 @@ void hide_experimental(nlohmann::json& resolved);
 /// @param field of the mesh, for the message
 void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::string& field,
                   Scene& scene);
-/// Warns of a cloth from a file that is 30 to 3,000 m large, as garments in centimetres or
-/// millimetres are, unless the scene scales it.
+/// Three digits, for messages.
+std::string rounded_text(double value);
+/// Whether cloth of this size [m], 30 to 3,000, may be in centimetres or millimetres.
+bool may_be_in_other_units(double size);
+/// Warns of such a cloth from a file, unless the scene scales it.
 void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,
                    Scene& scene);
+/// Warns of values that are mistakes more often than not: large patterns, densities in g/m^2, steps
+/// longer than a frame, a thickness above the cells, angles in radians.
+/// @param resolved the whole scene
+/// @param groups   those of its "cloths" first
+void warn_of_mistakes(const nlohmann::json& resolved, const std::vector<ClothGroup>& groups,
+                      Scene& scene);
 
 /// remeshing of the scene
 void read_adaptive(Fields& root, Scene& scene);

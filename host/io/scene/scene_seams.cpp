@@ -12,6 +12,7 @@
 #include "host/input/counted.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/io/scene/scene_selection.hpp"
+#include "host/scene/seams/flat_seam.hpp"
 #include "host/scene/seams/seam_pairing.hpp"
 #include "host/scene/seams/sewn_mesh.hpp"
 #include "host/scene/seams/stacked_triangles.hpp"
@@ -339,6 +340,15 @@ void follow_added(SewnMeshes& meshes, Scene& scene) {
                                "triangles lie on each other");
 }
 
+/// @param path of the seam, for the message
+void warn_of_flat_cloth(const std::string& path, const Seam& seam, Scene& scene) {
+  const Cloth& cloth = scene.cloths[at(seam.cloths[0])];
+  if (!crushes_flat_cloth(cloth, seam)) return;
+  scene.warnings.push_back(path + ": it sews cloth \"" + cloth.name +
+                           "\", which starts flat, to itself across its own plane, and so crushes "
+                           "it; use a \"cylinder\", or a mesh that is rolled already");
+}
+
 }  // namespace
 
 void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene) {
@@ -372,6 +382,7 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
       seam.ramp_time = values.ramp_time;
       seam.weld_distance = values.weld_distance;
       seam.may_stay_open = values.may_stay_open;
+      warn_of_flat_cloth(fields.path_of(kind), seam, scene);
       scene.seams.push_back(std::move(seam));
     }
   }

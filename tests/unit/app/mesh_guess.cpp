@@ -23,6 +23,16 @@ TEST(MeshGuess, UnitsFollowFromTheBody) {
             std::string::npos);
 }
 
+TEST(MeshGuess, UnitsThatDifferAreNoticed) {
+  const Aabb shirt = box({0, 1.3, 0}, {0.6, 0.7, 0.3});
+  const auto notices = [&](const Aabb& body) {
+    return guess_units(shirt, body).reason.find("in another unit") != std::string::npos;
+  };
+  EXPECT_FALSE(notices(box({0, 0.9, 0}, {0.5, 1.8, 0.3})));
+  EXPECT_TRUE(notices(box({0, 90, 0}, {50, 180, 30})));
+  EXPECT_TRUE(notices(box({}, {5e-4, 1.8e-3, 3e-4})));
+}
+
 TEST(MeshGuess, TheAxisFollowsFromWhatStandsOrLies) {
   const Aabb shirt = box({0, 1.3, 0}, {0.6, 0.7, 0.3});
   EXPECT_EQ(guess_up(shirt, box({0, 0.9, 0}, {0.5, 1.8, 0.3}), ".stl").value, "y");

@@ -119,6 +119,111 @@ TEST_F(SceneWarningsTest, BodiesThatLieAlongYAreNoticed) {
             "along y; if z is up, leave gravity out\n");
 }
 
+TEST_F(SceneWarningsTest, ValuesInOtherUnitsAreNoticed) {
+  json scene{{"materials", {{"m", {{"density", 150}}}}},
+             {"time", {{"step", 5}}},
+             {"cloths",
+              {{{"name", "large"},
+                {"material", "m"},
+                {"grid", {{"size", {100, 50}}, {"cells", {4, 2}}}},
+                {"transform", {{"rotate", {1.5708, 1, 0, 0}}}}}}},
+             {"contact", {{"thickness", 30}}},
+             {"obstacles",
+              {{{"sphere", {{"radius", 0.1}}},
+                {"motion",
+                 {{{"time", 0}, {"translate", {0, 0, -90}}},
+                  {{"time", 1}, {"rotate", {-3.14, 0, 0, 1}}, {"translate", {0, 0, -90}}}}}}}}};
+  EXPECT_EQ(warnings(scene),
+            "cloths[0]: it is 100 m large; lengths in a scene are in metres\n"
+            "materials.m.density: 150 kg/m^2; if these are g/m^2, write 0.15\n"
+            "time.step: 5 s is longer than a frame of 0.04 s, which is taken in one step\n"
+            "contact.thickness: 30 m is more than the cells of the cloths, 25 m; it is where "
+            "contact begins, some 0.001 m for a fabric\n"
+            "cloths[0].transform.rotate: [1.5708,1.0,0.0,0.0] turns by 1.5708 degrees; if these "
+            "are radians, write 90\n"
+            "obstacles[0].motion[1].rotate: [-3.14,0.0,0.0,1.0] turns by -3.14 degrees; if these "
+            "are radians, write -180\n");
+  scene["materials"]["m"]["density"] = 0.15;
+  scene["time"]["step"] = 0.04;
+  scene["cloths"][0]["transform"] = {{"scale", 0.1}, {"rotate", {1.6, 1, 0, 0}}};
+  scene["contact"]["thickness"] = 1;
+  scene["obstacles"][0]["motion"][1]["rotate"] = {-180, 0, 0, 1};
+  EXPECT_EQ(warnings(scene), "");
+}
+
+/// A sheet whose left and right edges are sewn together.
+json sewn_to_itself(const json& cloth) {
+  json scene{{"cloths", {cloth}}};
+  scene["cloths"][0]["name"] = "sheet";
+  scene["cloths"][0]["fabric"] = "jersey";
+  scene["seams"] = {
+      {{"between",
+        {{{"cloth", "sheet"}, {"edge", "left"}}, {{"cloth", "sheet"}, {"edge", "right"}}}}}};
+  return scene;
+}
+
+TEST_F(SceneWarningsTest, SeamsThatCrushFlatClothAreNoticed) {
+  const json upright{{"rotate", {70, 1, 2, 0}}, {"translate", {0, 0, 1}}};
+  const json flat{{"grid", {{"size", {0.6, 0.4}}, {"cells", {6, 4}}}}, {"transform", upright}};
+  json scene = sewn_to_itself(flat);
+  EXPECT_EQ(warnings(scene),
+            "seams[0].between: it sews cloth \"sheet\", which starts flat, to itself across its "
+            "own plane, and so crushes it; use a \"cylinder\", or a mesh that is rolled already\n");
+  scene["seams"][0]["start_time"] = 0.5;
+  EXPECT_EQ(warnings(scene), "") << "it may hang by then";
+
+  // Half of a roll.
+  Mesh rolled = make_grid({0.6, 0.4}, {6, 4});
+  for (Vec3<double>& x : rolled.positions) {
+    const double angle = x[0] / 0.2;
+    x = {0.2 * std::sin(angle), x[1], 0.2 * std::cos(angle)};
+  }
+  put_mesh(rolled);
+  const auto ends = [](Index i) { return json{i, 7 + i, 14 + i, 21 + i, 28 + i}; };
+  scene = sewn_to_itself({{"mesh", "cloth.obj"}});
+  scene["seams"] = {{{"cloths", {"sheet", "sheet"}}, {"chains", {ends(0), ends(6)}}}};
+  EXPECT_EQ(warnings(scene), "");
+}
+
+/// A dart's sides have no cloth between them, and gathers are short.
+TEST_F(SceneWarningsTest, SeamsThatDoNotCrushFlatClothAreNot) {
+  json scene = sewn_to_itself({{"grid", {{"size", {0.6, 0.4}}, {"cells", {12, 4}}}}});
+  const auto column = [](Index i) { return json{i, 13 + i, 26 + i, 39 + i, 52 + i}; };
+  scene["seams"] = {{{"cloths", {"sheet", "sheet"}}, {"chains", {column(4), column(8)}}}};
+  EXPECT_EQ(warnings(scene), "") << "gathered by a third";
+  Mesh wedge = make_grid({0.6, 0.4}, {6, 4});
+  std::erase_if(wedge.triangles, [&](const Tri& t) {
+    Vec3<double> middle{0, 0, 0};
+    for (const Index v : t.v)
+      middle = middle + wedge.positions[static_cast<std::size_t>(v)] * (1.0 / 3);
+    return std::abs(middle[0]) < 0.2 && middle[1] > -0.1;
+  });
+  // The vertices within the notch are gone: numbers of its corners at the bottom and the top.
+  std::vector<Index> number(wedge.positions.size(), -1);
+  Mesh notched;
+  for (Tri t : wedge.triangles) {
+    for (Index& v : t.v) {
+      Index& now = number[static_cast<std::size_t>(v)];
+      if (now < 0) {
+        now = static_cast<Index>(notched.positions.size());
+        notched.positions.push_back(wedge.positions[static_cast<std::size_t>(v)]);
+      }
+      v = now;
+    }
+    notched.triangles.push_back(t);
+  }
+  put_mesh(notched);
+  const auto side = [&](Index i) {
+    json chain = json::array();
+    for (Index row = 2; row <= 4; ++row)
+      chain.push_back(number[static_cast<std::size_t>(7 * row + i)]);
+    return chain;
+  };
+  scene = sewn_to_itself({{"mesh", "cloth.obj"}});
+  scene["seams"] = {{{"cloths", {"sheet", "sheet"}}, {"chains", {side(1), side(5)}}}};
+  EXPECT_EQ(warnings(scene), "");
+}
+
 TEST_F(SceneWarningsTest, UnknownKeywordsOfObjAreCountedOnce) {
   put("cloth.obj",
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nsurf 1\ncustom 2\nsurf 3\nvt 0 0\nvt 1 0\nvt 0 1\n"

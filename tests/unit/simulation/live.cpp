@@ -338,13 +338,12 @@ TEST(Live, MisuseIsRefusedOnOneLine) {
   refused([&] { s.move(d.plate, corners); }, "25, one for each of its vertices");
   refused([&] { s.move(d.corners, plate); }, "2, one for each of its vertices");
   refused([&] { s.move(ObstacleId{1, d.plate.scene}, plate); }, "an obstacle that is live");
-  refused([&] { s.move(ObstacleId{2, d.plate.scene}, plate); }, "0 to 2");
+  refused([&] { s.move(ObstacleId{2, d.plate.scene}, plate); }, "number 2; allowed: 0 to 1");
   std::vector<Vec3<double>> wild = plate;
   wild[3][1] = std::numeric_limits<double>::quiet_NaN();
   refused([&] { s.move(d.plate, wild); }, "vertex 3: nan");
-  refused([&] { s.advance(0); }, "a time > 0");
-  refused([&] { s.advance(-0.01); }, "a time > 0");
-  refused([&] { s.advance(std::numeric_limits<double>::quiet_NaN()); }, "a time > 0");
+  for (const double seconds : {0.0, -0.01, 1e-12, std::numeric_limits<double>::quiet_NaN()})
+    refused([&] { s.advance(seconds); }, "a time from 1e-9 s");
   refused([&] { s.set_gravity({0, 0, std::numeric_limits<double>::infinity()}); }, "gravity[2]");
   refused([&] { s.set_wind({-1, {0, 0, 0}, 0}); }, "wind.density");
   EXPECT_EQ(s.scene().wind.density, 0);
@@ -353,6 +352,25 @@ TEST(Live, MisuseIsRefusedOnOneLine) {
   refused([&] { d.scene.pin(other.cloth, std::vector<Index>{0}); }, "another scene");
   d.scene.obstacles[0].motion = {{0, {}}, {1, {}}};
   refused([&] { Simulation(d.scene, host_devices(1)); }, "live beside a motion");
+}
+
+TEST(Live, DevicesServeOneSimulation) {
+  DeviceSet devices = host_devices(1);
+  const Simulation one(door().scene, std::move(devices));
+  try {
+    const Simulation two(door().scene, std::move(devices));  // NOLINT(bugprone-use-after-move)
+    ADD_FAILURE() << "nothing to run on was accepted";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("devices: none"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Live, PinsTakeNumbersInBraces) {
+  Door d = door();
+  const PinId one = d.scene.pin(d.cloth, {0});
+  EXPECT_EQ(d.scene.pins[static_cast<std::size_t>(one.index)].vertices, std::vector<Index>{0});
+  const PinId two = d.scene.pin(d.cloth, {3, 4});
+  EXPECT_EQ(d.scene.pins[static_cast<std::size_t>(two.index)].vertices, (std::vector<Index>{3, 4}));
 }
 
 /// A free sheet, and forces in proportion to its vertices' masses: those fall as if gravity had

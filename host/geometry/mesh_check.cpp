@@ -84,7 +84,8 @@ void check_counts(const Mesh& mesh, const MeshOrigin& origin, bool needs_materia
   if (mesh.triangles.size() > most / 3)
     refuse("triangles", counted(mesh.triangles.size(), "triangle"), "up to 715827882");
   if (mesh.material.empty() && needs_material)
-    refuse("material", "no material coordinates", "one pair a vertex");
+    refuse("material", "no material coordinates",
+           "one pair per vertex, the flat pattern in metres");
   if (mesh.material_triangles.empty()) {
     if (!mesh.material.empty() && mesh.material.size() != mesh.positions.size())
       refuse("material", counted(mesh.material.size(), "pair"),

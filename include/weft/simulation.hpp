@@ -57,10 +57,10 @@ class Simulation {
   /// targets set in between are those of the frame after it. So the states are the same, bit for
   /// bit, for any budget. A frame whose targets cannot be reached is given up by restore() with a
   /// state() from before they were set.
-  /// @param seconds at least 1e-9. A whole number of the scene's steps takes these; any other time
-  /// takes
-  ///                steps of one length, no longer than the scene's. With automatic steps: a whole
-  ///                number of the scene's frames
+  /// @param seconds at least 1e-9. A whole number of the scene's steps takes these; any other
+  ///                time takes steps of one length, no longer than the scene's.
+  ///                With automatic steps: a whole number of
+  ///                the scene's frames
   /// @throws SceneError if it is out of range
   /// @throws DeviceError as step()
   AdvanceResult advance(double seconds, const AdvanceOptions& options = {});

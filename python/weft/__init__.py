@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+import collections
 import concurrent.futures
 import itertools
 import json
@@ -316,14 +317,18 @@ def sweep(file: str | os.PathLike[str], grid: Mapping[str, Sequence[Any]], secon
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(processes, context) as pool:
         try:
-            runs = [pool.submit(_last, str(file), [f"{key}={_text(value)}" for key, value in values.items()], seconds,
-                                device) for values in all_values]
-            for values, one in zip(all_values, runs):
+            runs = collections.deque(
+                pool.submit(_last, str(file), [f"{key}={_text(value)}" for key, value in values.items()], seconds,
+                            device) for values in all_values)
+            for values in all_values:
+                one = runs.popleft()  # so that results go once they have been taken
                 error = one.exception()
                 if error is None:
                     yield values, one.result()
                 elif isinstance(error, Exception):
                     failed.append((values, error))
+                else:
+                    raise error
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
     if failed:

@@ -25,8 +25,8 @@ def rounded(x):
 class SceneGenerator:
     """scene: what the scene file holds; files: the text of others, by name; and what a verdict has to know:
 
-    situation: name of the method that made the scene
-    hard: the scene may ask for the impossible, so it may end by name
+    situation: name of the function that made the scene
+    hard: the scene may ask for the impossible, so it may end with exit code 4
     floor: [m] height of a floor beneath everything, or None
     speed: [m/s] that bodies, pins, wind, pressure and the start give to cloth
     settles: nothing but gravity moves the cloth, onto things that stand

@@ -26,12 +26,13 @@ Guess guess_units(const Aabb& cloth, const std::optional<Aabb>& body) {
   constexpr double largest_ratio = 40;  // of a body and a handkerchief
   const double other = cloth.longest_side();
   const bool differ = other * largest_ratio < size || size * largest_ratio < other;
-  return {unit, fmt::format("guessed: the {} is {} units large, and {:.3g} m is a likely size{}",
-                            body ? "body" : "cloth", box_text(known), metres * size,
-                            differ ? fmt::format("; the cloth is {}, perhaps in another unit: give "
-                                                 "it \"units\" of its own",
-                                                 box_text(cloth))
-                                   : "")};
+  return {unit,
+          fmt::format("guessed: the {} is {} units large, and {:.3g} m is a likely size{}",
+                      body ? "body" : "cloth", box_text(known), metres * size,
+                      differ ? fmt::format("; the cloth is {}, perhaps in another unit, which "
+                                           "its \"units\" can say",
+                                           box_text(cloth))
+                             : "")};
 }
 
 Guess guess_up(const Aabb& cloth, const std::optional<Aabb>& body, const std::string& extension) {

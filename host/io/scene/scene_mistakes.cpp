@@ -75,7 +75,7 @@ void warn_of_mistakes(const json& resolved, const std::vector<ClothGroup>& group
     scene.warnings.push_back("time.step: " + text_of(time.step) + " s is longer than a frame of " +
                              rounded_text(1 / time.frame_rate) + " s, which is taken in one step");
   const double thickness = thickness_of(scene), edge = mean_cell_edge(scene.cloths);
-  if (thickness > edge)
+  if (thickness > 1.01 * edge)  // beyond rounding
     scene.warnings.push_back("contact.thickness: " + text_of(thickness) +
                              " m is more than the cells of the cloths, " + rounded_text(edge) +
                              " m; it is where contact begins, some 0.001 m for a fabric");

@@ -348,6 +348,9 @@ TEST(Live, MisuseIsRefusedOnOneLine) {
   refused([&] { s.set_wind({-1, {0, 0, 0}, 0}); }, "wind.density");
   EXPECT_EQ(s.scene().wind.density, 0);
   refused([&] { fabric("velcro"); }, "cotton");
+  Scene plain;
+  plain.add(Cloth{.mesh = make_icosphere(0.1, 1)});
+  refused([&] { Simulation(plain, host_devices(1)); }, "the flat pattern in metres");
   refused([&] { d.scene.pin(d.cloth, group("waist")); }, "waist");
   refused([&] { d.scene.pin(other.cloth, std::vector<Index>{0}); }, "another scene");
   d.scene.obstacles[0].motion = {{0, {}}, {1, {}}};

@@ -91,7 +91,6 @@ class FirstSystem {
       queue.copy(turned.data(), state.velocities.data(), turned.size() * sizeof(Vec3<T>));
       Buffer<Vec3<T>>& velocities = system_->iterate_velocities(r);
       queue.fill(velocities.data(), 0, velocities.size() * sizeof(Vec3<T>));
-      queue.fill(system_->moving_frame(r).turned.data(), 0, sizeof(std::int32_t));
     }
     sync();
   }

@@ -181,7 +181,8 @@ class KernelBytes {
   double bytes(const AssembleMembrane<T>& a) const {
     return all(a.triangles, a.inv_rest, a.area, a.material, a.materials, a.compression, a.impulse,
                a.block) +
-           cloth(a.positions) + cloth(a.velocities);
+           cloth(a.positions) + cloth(a.velocities) + cloth(a.start.positions) +
+           cloth(a.start.velocities);
   }
   template <class T>
   double bytes(const AssembleBending<T>& a) const {

@@ -100,7 +100,7 @@ void ExternalWork<T>::choose(std::vector<Index> vertices) {
   chosen_ = std::move(vertices);
   upload(store_.devices()[0].compute(), chosen_on_device_, chosen_);
   gathered_.resize(chosen_.size());
-  for (Vectors* all : {&x0_, &x1_, &v0_, &v1_, &v_end_, &linear_about_})
+  for (Vectors* all : {&x0_, &x1_, &v0_, &v1_, &v_end_, &linear_about_, &relative_})
     all->resize(at(store_.model().vertex_count));
 }
 
@@ -271,6 +271,8 @@ double ExternalWork<T>::of_pins(const AcceptedMotion<T>& motion) {
                                  dot(store_.scene().gravity, moved(v)));
   const bool linear = !motion.linear_about.empty();
   if (linear) fetch_chosen(motion.linear_about, linear_about_);
+  const bool turns = !motion.start.positions.empty();
+  if (turns) fetch_chosen(motion.start.velocities, relative_);
   const Vectors& x_at = linear ? linear_about_ : x1;
   // Displacements from there that forces are linear in, with those that damping b amounts to.
   const auto displaced = [&](Index v, double damping) {
@@ -281,14 +283,16 @@ double ExternalWork<T>::of_pins(const AcceptedMotion<T>& motion) {
   const Tri corners{{0, 1, 2}};
   const Index only = 0;
   for (const Index t : at_pins_.triangles) {
-    Vec3<double> x[3], u[3], force[3];
+    Vec3<double> x[3], u[3], force[3], relative[3];
     Mat3<double> block[6];
     MaterialRow<double> law = laws.rows[at(model.material[at(t)])];
     for (int c = 0; c < 3; ++c) {
       const Index v = model.triangles[at(t)].v[c];
       x[c] = x_at[at(v)];
       u[c] = displaced(v, law.damping_stiffness);
+      relative[c] = relative_[at(v)];
     }
+    const TurnedStart<double> start{{x, 3}, {relative, 3}, static_cast<double>(motion.start.dt)};
     law.damping_stiffness = 1;
     const AssembleMembrane<double> args{{&corners, 1},
                                         {&model.inv_rest[at(t)], 1},
@@ -303,7 +307,8 @@ double ExternalWork<T>::of_pins(const AcceptedMotion<T>& motion) {
                                         {laws.tables.data(), laws.tables.size()},
                                         model.compression.empty()
                                             ? Span<const double>{}
-                                            : Span<const double>{&model.compression[at(t)], 1}};
+                                            : Span<const double>{&model.compression[at(t)], 1},
+                                        turns ? start : TurnedStart<double>{}};
     assemble_membrane(args, 0);
     for (int c = 0; c < 3; ++c) work -= dot(force[c], moved(model.triangles[at(t)].v[c]));
   }

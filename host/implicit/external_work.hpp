@@ -5,6 +5,7 @@
 
 #include "host/state/rank_geometry.hpp"
 #include "host/state/store.hpp"
+#include "weft/elements/turned_start.hpp"
 #include "weft/kernels/assemble/external_work.hpp"
 #include "weft/state/contact.hpp"
 
@@ -17,6 +18,7 @@ struct AcceptedMotion {
   /// [cloth vertices] [m] about which elements have the forces of a single linear solve; empty:
   /// they have those where the solve ended
   Span<const Vec3<T>> linear_about;
+  TurnedStart<T> start;                     ///< of triangles, with these
   double residual = 0;                      ///< [N s] 2-norm of what Newton's method has left
   const std::vector<unsigned char>* fixed;  ///< [vertices] 1: its position is prescribed
   Span<const Contact<T>> contacts;
@@ -77,7 +79,7 @@ class ExternalWork {
   Buffer<Index> chosen_on_device_;
   Buffer<Vec3<T>> gathered_;
   /// [vertices] at the start, and where the solve ended; right for chosen vertices only
-  Vectors x0_, x1_, v0_, v1_, v_end_, linear_about_;
+  Vectors x0_, x1_, v0_, v1_, v_end_, linear_about_, relative_;
 };
 
 }  // namespace weft

@@ -284,10 +284,11 @@ Hardening ImplicitStep<T>::hardening(const Attempt& a) const {
 template <class T>
 void ImplicitStep<T>::add_work(const Attempt& a, const StepReport& report) {
   const RankMotion<T>& m = motion_.front();
-  work_ += external_work_.of(
-      {a.dt, solver_.linear_about(), solver_.residual(report), &prescribed_.fixed(),
-       detection_.contacts(0), resolver_.solved_positions(0), resolver_.solved_velocities(0),
-       m.positions_t1.span(), m.velocities_t1.span(), &resolver_.collisions()});
+  work_ +=
+      external_work_.of({a.dt, solver_.linear_about(), solver_.turned_start(),
+                         solver_.residual(report), &prescribed_.fixed(), detection_.contacts(0),
+                         resolver_.solved_positions(0), resolver_.solved_velocities(0),
+                         m.positions_t1.span(), m.velocities_t1.span(), &resolver_.collisions()});
 }
 
 template <class T>

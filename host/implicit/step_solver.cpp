@@ -130,19 +130,29 @@ bool StepSolver<T>::solve_once(const Attempt& a, StepReport& report) {
          (!turned_in_vain() || solve_about_start(a, report, false));
 }
 
-/// Whether the latest solve would have missed less with no component turned.
+/// Whether the latest solve would have missed less with nothing turned.
 template <class T>
 bool StepSolver<T>::turned_in_vain() {
-  return at_.moved && system_.turned() &&
-         system_.step_energy(at_).turned > system_.step_energy().turned;
+  return at_.moved && at_.turned_dt > 0 && energy().turned > system_.step_energy().turned;
+}
+
+/// Of the latest solve, with errors of its system.
+template <class T>
+const StepEnergy& StepSolver<T>::energy() {
+  if (!energy_) energy_ = system_.step_energy(at_);
+  return *energy_;
 }
 
 /// P-Cloth eq. (3).
-/// @param turn whether components that turn are linearised about the start turned
+/// @param turn whether components and triangles that turn are linearised about the start turned
 template <class T>
 bool StepSolver<T>::solve_about_start(const Attempt& a, StepReport& report, bool turn) {
   start_at_state(a, turn);
-  at_ = {.h = a.h, .moved = true, .without_rates = a.at_rest, .predicted = true};
+  at_ = {.h = a.h,
+         .moved = true,
+         .turned_dt = turn ? a.dt : 0,
+         .without_rates = a.at_rest,
+         .predicted = true};
   assemble();
   const bool solved =
       solve_with_early_look(a, {weight_share * system_.weight_impulse(a.h)}, report);
@@ -241,19 +251,19 @@ bool StepSolver<T>::keeps_limits() {
 /// Whether cloth stretches and turns little enough for a single linear solve.
 template <class T>
 bool StepSolver<T>::is_nearly_linear(const Attempt& a) {
-  const StepEnergy energy = system_.step_energy(at_);
+  const StepEnergy& missed = energy();
   const double fall = length(store_.scene().gravity) * a.h;
   const double fall_energy = 0.5 * store_.model().whole.mass * fall * fall;
-  const double at_play = energy.at_start + fall_energy;
+  const double at_play = missed.at_start + fall_energy;
   // Also false if something is not finite: Newton's method may do better.
-  if (!(energy.limited <= limited_share_max * at_play)) return false;
-  if (energy.turned <= missed_share_max * at_play ||
-      energy.turned <= turned_share_max * fall_energy)
+  if (!(missed.limited <= limited_share_max * at_play)) return false;
+  if (missed.turned <= missed_share_max * at_play ||
+      missed.turned <= turned_share_max * fall_energy)
     return true;
   if (is_draping(store_.scene())) return true;
   const bool jammed = truncating_ || store_.backoff.truncated > 0;
-  if (seams_pull_ || jammed) return energy.turned <= dissipated_share_max * at_play;
-  return energy.turned <= turned_share_max * (system_.kinetic_energy() + fall_energy);
+  if (seams_pull_ || jammed) return missed.turned <= dissipated_share_max * at_play;
+  return missed.turned <= turned_share_max * (system_.kinetic_energy() + fall_energy);
 }
 
 /// Goes along dv until the residual no longer has much of a component in its direction: for forces
@@ -442,6 +452,7 @@ bool StepSolver<T>::finish_solve(const Attempt& a, const SolveRules& rules, Step
                                  bool may_fall_short) {
   if (stopped(store_.devices(), report)) return false;
   publisher_.enter(StepStage::solve, report);
+  energy_.reset();
   system_.launch_solve(at_, rules);
   spread_solution(a);
   const SolveStatus status = system_.status();
@@ -496,7 +507,6 @@ void StepSolver<T>::start_at_state(const Attempt& a, bool turn) {
     queue.copy(positions.data() + cloth, m.positions_t1.data() + cloth,
                (positions.size() - cloth) * sizeof(Vec3<T>));
     MovingFrameBuffers<T>& frame = system_.moving_frame(r);
-    queue.fill(frame.turned.data(), 0, sizeof(std::int32_t));
     queue.fill(frame.meets.data(), 0, frame.meets.size() * sizeof(Index));
     if (!detection_.contacts(r).empty())
       launch(queue, SolveHeldComponents<T>{detection_.contacts(r), g.component_of_vertex.span(),
@@ -507,7 +517,7 @@ void StepSolver<T>::start_at_state(const Attempt& a, bool turn) {
                g.moving_frame_sample.span(), frame.meets.span(), static_cast<T>(a.dt),
                turn ? static_cast<T>(moving_frame_angle_min) : std::numeric_limits<T>::infinity(),
                0, frame.positions.span(), positions.span(), system_.iterate_velocities(r).span(),
-               frame.velocities.span(), frame.turned.span()});
+               frame.velocities.span(), frame.relative_velocities.span()});
     if (!a.at_rest)
       launch(queue, IntegrateRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
                                      system_.iterate_velocities(r).span()});

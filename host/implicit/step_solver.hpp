@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "host/implicit/attempt.hpp"
@@ -49,6 +50,8 @@ class StepSolver {
   Span<const Vec3<T>> linear_about() {
     return at_.moved ? system_.moving_frame(0).positions.span() : Span<const Vec3<T>>{};
   }
+  /// Triangles that are turned there.
+  TurnedStart<T> turned_start() const { return system_.turned_start(0, at_); }
   /// Residual of Newton's method after the latest solve. [N s] 2-norm
   double residual(const StepReport& report) const {
     return at_.moved ? 0 : report.newton_residual * first_reference_;
@@ -67,6 +70,7 @@ class StepSolver {
   bool solve_once(const Attempt& a, StepReport& report);
   bool solve_about_start(const Attempt& a, StepReport& report, bool turn);
   bool turned_in_vain();
+  const StepEnergy& energy();
   bool solve_newton(const Attempt& a, StepReport& report);
   bool refine(const Attempt& a, StepReport& report);
   bool is_nearly_linear(const Attempt& a);
@@ -96,6 +100,7 @@ class StepSolver {
   std::vector<Buffer<std::int64_t>> rank_force_;  ///< see AssembleActiveSetUpdate
   Linearisation at_{};                            ///< of the assembled system
   SolveRules rules_;                              ///< of the attempt's last solve
+  std::optional<StepEnergy> energy_;              ///< see energy()
   bool seams_pull_ = false;
   bool truncating_ = false;
   bool paused_ = false;            ///< the latest solve has

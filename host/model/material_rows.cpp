@@ -84,6 +84,7 @@ MaterialRows<T> material_rows(const std::vector<Material>& materials,
                                    static_cast<T>(limit_ratio * threads_stiffness(m)),
                                    static_cast<T>(m.density / 2 * limit_speed * limit_speed));
     if (m.strain_limits) row.limits.force = static_cast<T>(limit_weights * weight);
+    row.density = static_cast<T>(m.density);
     all.rows.push_back(row);
   }
   return all;

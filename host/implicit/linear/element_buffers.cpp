@@ -63,7 +63,7 @@ void ElementBuffers<T>::assemble(Queue& queue, const Wind& wind, const RankState
   launch(queue, AssembleMembrane<T>{triangles.span(), inv_rest.span(), area.span(), material.span(),
                                     materials.span(), at.positions, at.rates, at.h,
                                     triangle_impulse.span(), triangle_block.span(),
-                                    material_tables.span(), compression.span()});
+                                    material_tables.span(), compression.span(), at.start});
   if (pressure.size() > 0)
     launch(queue, AssemblePressure<T>{triangles.span(), pressure.span(), at.positions, at.h,
                                       triangle_impulse.span()});
@@ -82,10 +82,11 @@ void ElementBuffers<T>::assemble(Queue& queue, const Wind& wind, const RankState
 template <class T>
 void ElementBuffers<T>::launch_stretch_error(Queue& queue, Span<const Vec3<T>> positions_t0,
                                              Span<const Vec3<T>> positions_t1,
-                                             Span<StretchError<T>> error) const {
+                                             Span<StretchError<T>> error,
+                                             const TurnedStart<T>& start) const {
   launch(queue, AssembleStretchError<T>{triangles.span(), inv_rest.span(), area.span(),
                                         material.span(), materials.span(), positions_t0,
-                                        positions_t1, error, compression.span()});
+                                        positions_t1, error, compression.span(), start});
 }
 
 template struct ElementBuffers<float>;

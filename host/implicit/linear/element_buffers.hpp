@@ -41,13 +41,15 @@ struct ElementBuffers {
     Span<const Vec3<T>> rates;       ///< [cloth vertices] [m/s] for strain rates; empty: none
     Span<const Vec3<T>> velocities;  ///< [cloth vertices] [m/s] of the iterate
     T h;                             ///< [s]
+    TurnedStart<T> start{};
   };
   /// @param state of the rank, at the start of the step
   void assemble(Queue& queue, const Wind& wind, const RankState<T>& state, const At& at);
 
   /// See AssembleStretchError.
   void launch_stretch_error(Queue& queue, Span<const Vec3<T>> positions_t0,
-                            Span<const Vec3<T>> positions_t1, Span<StretchError<T>> error) const;
+                            Span<const Vec3<T>> positions_t1, Span<StretchError<T>> error,
+                            const TurnedStart<T>& start) const;
 };
 
 /// Whether there is wind, or air that drags.

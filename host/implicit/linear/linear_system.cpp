@@ -144,7 +144,7 @@ void LinearSystem<T>::assemble_mesh(int r, const Linearisation& at) {
   const auto h = static_cast<T>(at.h);
   const Scene& scene = store_.scene();
   k.elements.assemble(queue, scene.wind, store_.rank(r),
-                      {positions, rates, k.iterate_velocities.span(), h});
+                      {positions, rates, k.iterate_velocities.span(), h, turned_start(r, at)});
   k.mesh.assemble(queue, k.own, geometry(r), k.elements,
                   {motion(r).base_velocities.span(), k.iterate_velocities.span(),
                    vec_cast<T>(scene.gravity), h, k.krylov.mesh_rhs.span()});
@@ -165,6 +165,13 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
   launch(queue, SolveHalo<T>{r, geometry(r).row_begin.span(), k.plate.ghost.span(),
                              k.contacts.view(), k.krylov.stamp.span(), ++halo_epoch_,
                              k.krylov.ghost.span(), k.krylov.ghost_offset.span()});
+}
+
+template <class T>
+TurnedStart<T> LinearSystem<T>::turned_start(int r, const Linearisation& at) const {
+  if (!at.moved || !(at.turned_dt > 0)) return {};
+  const MovingFrameBuffers<T>& frame = rank(r).moving_frame;
+  return {frame.positions.span(), frame.relative_velocities.span(), static_cast<T>(at.turned_dt)};
 }
 
 template <class T>
@@ -357,12 +364,13 @@ StepEnergy LinearSystem<T>::step_energy(const Linearisation& at) {
                                  : store_.rank(r).positions.span());
     velocities.push_back(store_.rank(r).velocities.span());
   }
-  return step_energy(positions, velocities);
+  return step_energy(positions, velocities, at);
 }
 
 template <class T>
 StepEnergy LinearSystem<T>::step_energy(const std::vector<Span<const Vec3<T>>>& positions,
-                                        const std::vector<Span<const Vec3<T>>>& velocities) {
+                                        const std::vector<Span<const Vec3<T>>>& velocities,
+                                        const Linearisation& at) {
   DeviceSet& devices = store_.devices();
   std::vector<std::vector<double>> partials(ranks_.size());
   for (int r = 0; r < devices.size(); ++r) {
@@ -370,7 +378,7 @@ StepEnergy LinearSystem<T>::step_energy(const std::vector<Span<const Vec3<T>>>& 
     Rank& k = ranks_[n];
     k.energy.launch_sums(devices[r], k.own, store_.partition().partial_rows, geometry_[n],
                          k.elements, k.mesh, positions[n], velocities[n],
-                         motion_[n].positions_t1.span(), partials[n]);
+                         motion_[n].positions_t1.span(), turned_start(r, at), partials[n]);
   }
   sync_ranks(devices);
   StepEnergy sum;
@@ -399,7 +407,6 @@ SolveStatus LinearSystem<T>::status() {
   SolveStatus status;
   Queue& queue = store_.devices()[0].compute();
   queue.copy(&status, rank(0).krylov.status.data(), sizeof status);
-  queue.copy(&turned_, rank(0).moving_frame.turned.data(), sizeof turned_);
   queue.sync();
   return status;
 }

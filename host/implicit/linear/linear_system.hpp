@@ -28,6 +28,7 @@ struct Linearisation {
   double h = 0;  ///< [s] effective step of the integrator
   /// x_k is x_n with each component moved as a rigid body: elements see x_n turned
   bool moved = false;
+  double turned_dt = 0;  ///< [s] step that triangles turn for beside, see TurnedStart; 0: none do
   bool without_rates = false;  ///< v_k is constant per component, so strain rates are 0
   bool predicted = false;      ///< the active set is the predicted one: there is only one iteration
   bool refresh = true;         ///< rebuild the preconditioner's aggregates
@@ -72,6 +73,8 @@ class LinearSystem {
   Buffer<Vec3<T>>& iterate_velocities(int r) { return rank(r).iterate_velocities; }
   /// The same for Linearisation::moved.
   MovingFrameBuffers<T>& moving_frame(int r) { return rank(r).moving_frame; }
+  /// Triangles as a system about such a point has them. In the memory of rank r.
+  TurnedStart<T> turned_start(int r, const Linearisation& at) const;
 
   /// Sets the fixed vertices of systems assembled from now on. Triangles with three fixed corners
   /// add no bending energy. Waits for the ranks if these vertices change.
@@ -139,15 +142,14 @@ class LinearSystem {
   /// The same for a motion that starts elsewhere.
   /// @param positions, velocities [ranks] of all vertices [m], [m/s]
   StepEnergy step_energy(const std::vector<Span<const Vec3<T>>>& positions,
-                         const std::vector<Span<const Vec3<T>>>& velocities);
+                         const std::vector<Span<const Vec3<T>>>& velocities,
+                         const Linearisation& at = {});
   /// Kinetic energy of the state. Waits for the ranks.
   /// @return [J]
   double kinetic_energy();
 
   /// Outcome of the latest solve. Waits for rank 0.
   SolveStatus status();
-  /// Whether moving_frame() had any component turned at the latest status().
-  bool turned() const noexcept { return turned_ != 0; }
 
  private:
   /// Data of a rank's rows.
@@ -192,7 +194,6 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< source of the ranks' plate rows
   TrackedSystem* tracked_ = nullptr;
-  std::int32_t turned_ = 0;
   HeldComponents<T> held_;
   /// [ranks] of the latest ask_row_work()
   std::vector<typename ContactBuffers<T>::Counts> contact_counts_;

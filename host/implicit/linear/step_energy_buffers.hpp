@@ -16,11 +16,12 @@ struct StepEnergyBuffers {
 
   /// Submits the partial sums, see AssembleStepEnergy, and their copy.
   /// @param positions, velocities at the start [m], [m/s]   @param positions_t1 [m] at the end
+  /// @param start see AssembleStretchError
   void launch_sums(Device& device, const RankRows& own, Index partial_rows,
                    const RankGeometry<T>& geometry, const ElementBuffers<T>& elements,
                    const MeshMatrix<T>& mesh, Span<const Vec3<T>> positions,
                    Span<const Vec3<T>> velocities, Span<const Vec3<T>> positions_t1,
-                   std::vector<double>& out) {
+                   const TurnedStart<T>& start, std::vector<double>& out) {
     Queue& queue = device.compute();
     if (partial.size() == 0) {
       const MemoryName name("solver");
@@ -28,7 +29,7 @@ struct StepEnergyBuffers {
       make(device, partial,
            3 * static_cast<std::size_t>((own.count + partial_rows - 1) / partial_rows));
     }
-    elements.launch_stretch_error(queue, positions, positions_t1, stretch_error.span());
+    elements.launch_stretch_error(queue, positions, positions_t1, stretch_error.span(), start);
     launch(queue,
            AssembleStepEnergy<T>{own.begin, own.count, partial_rows, geometry.mass.span(),
                                  velocities, mesh.corner_source_offset.span(),

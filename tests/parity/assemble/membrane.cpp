@@ -1,6 +1,7 @@
 #include "weft/kernels/assemble/membrane.hpp"
 
 #include "host/scene/fabric/measured.hpp"
+#include "tests/parity/assemble/turned_triangle.hpp"
 #include "tests/parity/support.hpp"
 
 namespace weft::parity {
@@ -28,7 +29,8 @@ struct Limited {
 
 /// A crumpled sheet of one material of each kind, some of them damped, under way.
 /// @tparam yields some triangles resist but a share of compression
-template <class T, bool with_velocities, bool yields = false>
+/// @tparam turns  triangles turn before
+template <class T, bool with_velocities, bool yields = false, bool turns = false>
 struct MembraneCase {
   using Scalar = T;
   Random random{8};
@@ -54,7 +56,12 @@ struct MembraneCase {
       with_velocities ? random.vectors<T>(sheet.positions.size(), -1, 1) : std::vector<Vec3<T>>{};
   T h = T(0.0078125);
 
+  std::vector<Vec3<T>> start_velocities =
+      turns ? random.vectors<T>(sheet.positions.size(), -2, 2) : std::vector<Vec3<T>>{};
+  T dt = T(0.0078125);
+
   MembraneCase() {
+    for (MaterialRow<T>& m : materials) m.density = T(0.25);
     for (std::size_t n = 0; n < count; ++n) {
       // Edges at rest: the grid's, somewhat off. Rows of the inverse in closed form.
       const bool first = n % 2 == 0;
@@ -101,6 +108,7 @@ struct MembraneCase {
     const auto tables_d = upload(device, tables);
     const auto compression_d = upload(device, compression);
     const auto x = upload(device, sheet.positions), v = upload(device, velocities);
+    const auto start = upload(device, start_velocities);
     const Buffer<Vec3<T>> impulse(device, 3 * count);
     const Buffer<Mat3<T>> block(device, 6 * count);
     for (const auto& [begin, size] : parts_of(static_cast<Index>(count), parts)) {
@@ -111,7 +119,8 @@ struct MembraneCase {
                  area_d.span().subspan(b, n), material_d.span().subspan(b, n), materials_d.span(),
                  x.span(), v.span(), h, impulse.span().subspan(3 * b, 3 * n),
                  block.span().subspan(6 * b, 6 * n), tables_d.span(),
-                 compression.empty() ? compression_d.span() : compression_d.span().subspan(b, n)});
+                 compression.empty() ? compression_d.span() : compression_d.span().subspan(b, n),
+                 turns ? TurnedStart<T>{x.span(), start.span(), dt} : TurnedStart<T>{}});
     }
     return {output("impulse", download(impulse)), output("block", download(block))};
   }
@@ -126,6 +135,8 @@ struct MembraneCase {
       Mat2<double> inverse{};
       for (int k = 0; k < 4; ++k) inverse.e[k] = double{inv_rest[n].e[k]};
       for (int c = 0; c < 3; ++c) x[c] = vec_cast<double>(sheet.positions[corner(n, c)]);
+      const Vec3<double> iterate[] = {x[0], x[1], x[2]};
+      if (turns) turn(n, inverse, x);
       Mat3<double> k[6];
       with_law(m, yields && compression[n] < T(1), [&](const auto& law) {
         using Law = std::decay_t<decltype(law)>;
@@ -150,11 +161,43 @@ struct MembraneCase {
           force -=
               damping * ((i <= j ? b : transpose(b)) * vec_cast<double>(velocities[corner(n, j)]));
         }
+        // Linear about where it is turned to; strain rates count from there, too.
+        for (int j = 0; turns && j < 3; ++j) {
+          const Mat3<double>& b = k[place[i][j]];
+          const double share = with_velocities ? 1 : 1 + damping / double{h};
+          force -= share * ((i <= j ? b : transpose(b)) * (iterate[j] - x[j]));
+        }
         impulse.push_back(double{h} * force);
       }
       for (const Mat3<double>& b : k) block.push_back(double{h} * (double{h} + damping) * b);
     }
     return {output("impulse", impulse), output("block", block)};
+  }
+  /// Turns a triangle about its first corner.
+  void turn(std::size_t n, const Mat2<double>& inverse, Vec3<double> x[3]) const {
+    Eigen::Matrix2d rest;
+    TriangleColumns edges, moved;
+    double speed_sq = length_sq(vec_cast<double>(start_velocities[corner(n, 0)]));
+    for (int k = 0; k < 2; ++k) {
+      const auto v = vec_cast<double>(start_velocities[corner(n, k + 1)]);
+      speed_sq += length_sq(v);
+      const Vec3<double> edge = x[k + 1] - x[0];
+      const Vec3<double> rate = v - vec_cast<double>(start_velocities[corner(n, 0)]);
+      for (int c = 0; c < 3; ++c) {
+        edges(c, k) = edge[c];
+        moved(c, k) = double{dt} * rate[c];
+      }
+      for (int c = 0; c < 2; ++c) rest(c, k) = inverse(c, k);
+    }
+    const MaterialRow<T>& m = materials[static_cast<std::size_t>(material[n])];
+    const double stiffness = m.kind == MembraneKind::orthotropic
+                                 ? std::max(double{m.orthotropic.c11}, double{m.orthotropic.c22})
+                                 : double{m.membrane.lambda} + 2 * double{m.membrane.mu};
+    const TriangleColumns turned =
+        turned_columns(edges * rest, moved * rest, 0.03 * 0.25 / 6 * speed_sq, stiffness / 8) *
+        rest.inverse();
+    for (int k = 0; k < 2; ++k)
+      x[k + 1] = x[0] + Vec3<double>{turned(0, k), turned(1, k), turned(2, k)};
   }
   /// Calls visit with the law of a material, in double.
   /// @param general isotropic ones as orthotropic ones
@@ -178,9 +221,10 @@ struct MembraneCase {
   }
 };
 
-using Cases = testing::Types<MembraneCase<float, true>, MembraneCase<float, false>,
-                             MembraneCase<double, true>, MembraneCase<double, false>,
-                             MembraneCase<float, true, true>, MembraneCase<double, true, true>>;
+using Cases = testing::Types<
+    MembraneCase<float, true>, MembraneCase<float, false>, MembraneCase<double, true>,
+    MembraneCase<double, false>, MembraneCase<float, true, true>, MembraneCase<double, true, true>,
+    MembraneCase<float, true, false, true>, MembraneCase<double, false, false, true>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(AssembleMembrane, KernelParity, Cases);
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/parity/assemble/turned_triangle.hpp"
 #include "tests/parity/support.hpp"
 
 namespace weft::parity {
@@ -50,7 +51,8 @@ struct PlainLimit {
 };
 
 /// A crumpled sheet of a material of each kind that moves somewhat.
-template <class T>
+/// @tparam turns triangles turn before
+template <class T, bool turns = false>
 struct StretchErrorCase {
   using Scalar = T;
   static constexpr double least = 0.9375, most = 1.0625, limit_stiffness = 4096;
@@ -71,7 +73,12 @@ struct StretchErrorCase {
        0,
        membrane_limits(T(least), T(most), T(limit_stiffness))}};
 
+  std::vector<Vec3<T>> velocities =
+      turns ? random.vectors<T>(sheet.positions.size(), -2, 2) : std::vector<Vec3<T>>{};
+  T dt = T(0.0078125);
+
   StretchErrorCase() {
+    for (MaterialRow<T>& m : materials) m.density = T(0.25);
     for (Vec3<T>& x : moved) x += random.vector<T>(-0.01, 0.01);
     for (std::size_t n = 0; n < count; ++n) {
       const double e = random.uniform<double>(9, 11), f = random.uniform<double>(9, 11);
@@ -90,14 +97,22 @@ struct StretchErrorCase {
     const auto material_d = upload(device, material);
     const auto materials_d = upload(device, materials);
     const auto x0 = upload(device, sheet.positions), x1 = upload(device, moved);
+    const auto v = upload(device, velocities);
     const Buffer<StretchError<T>> error(device, count);
     for (const auto& [begin, size] : parts_of(static_cast<Index>(count), parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
       launch(device.compute(),
-             AssembleStretchError<T>{triangles_d.span().subspan(b, n),
-                                     inv_rest_d.span().subspan(b, n), area_d.span().subspan(b, n),
-                                     material_d.span().subspan(b, n), materials_d.span(), x0.span(),
-                                     x1.span(), error.span().subspan(b, n)});
+             AssembleStretchError<T>{
+                 triangles_d.span().subspan(b, n),
+                 inv_rest_d.span().subspan(b, n),
+                 area_d.span().subspan(b, n),
+                 material_d.span().subspan(b, n),
+                 materials_d.span(),
+                 x0.span(),
+                 x1.span(),
+                 error.span().subspan(b, n),
+                 {},
+                 turns ? TurnedStart<T>{x0.span(), v.span(), dt} : TurnedStart<T>{}});
     }
     return numbers(download(error));
   }
@@ -140,7 +155,14 @@ struct StretchErrorCase {
     for (std::size_t n = 0; n < count; ++n) {
       const double k = stiffness[n % 3];
       const Gradient before = gradient(n, sheet.positions), after = gradient(n, moved);
-      const Gradient change = after - before;
+      Gradient change = after - before;
+      if (turns) {
+        double speed_sq = 0;
+        for (const Index corner : sheet.triangles[n].v)
+          speed_sq += length_sq(vec_cast<double>(velocities[static_cast<std::size_t>(corner)]));
+        change = after - turned_columns(before, double{dt} * gradient(n, velocities),
+                                        0.03 * 0.25 / 6 * speed_sq, k / 8);
+      }
       const double a = double{area[n]};
       StretchError<double> e{a * k / 2 * green(before).squaredNorm(),
                              a * k / 8 * (change.transpose() * change).squaredNorm(), 0};
@@ -166,7 +188,8 @@ struct StretchErrorCase {
   }
 };
 
-using Cases = testing::Types<StretchErrorCase<float>, StretchErrorCase<double>>;
+using Cases = testing::Types<StretchErrorCase<float>, StretchErrorCase<double>,
+                             StretchErrorCase<float, true>, StretchErrorCase<double, true>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(AssembleStretchError, KernelParity, Cases);
 
 }  // namespace

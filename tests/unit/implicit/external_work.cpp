@@ -95,6 +95,20 @@ TEST(ExternalWork, PinsThatStretch) {
   }
 }
 
+/// Pins that turn a sheet on the spot: their forces are those of triangles that turn.
+TEST(ExternalWork, PinsThatTurn) {
+  Scene s = sheet_scene();
+  s.gravity = {0, 0, 0};
+  s.solver.newton_iterations = 1;
+  Pin pin;
+  for (Index v = 0; v < 9; ++v) pin.vertices.push_back(36 + v);
+  for (int k = 0; k <= 10; ++k) pin.motion.push_back({0.05 * k, {{}, {0, 0, 1}, 0.03 * k * k, 1}});
+  s.pins = {pin};
+  const Outcome o = run(s, 100);
+  EXPECT_GT(o.work, 0);
+  EXPECT_LT(o.unpaid, 0.01 * o.work);
+}
+
 /// A box whose top is at z = 0 at first.
 /// @param rise [m]   @param duration [s]
 Obstacle rising_box(double rise, double duration) {

@@ -6,6 +6,7 @@
 #include "weft/elements/buckling.hpp"
 #include "weft/elements/membrane_measured.hpp"
 #include "weft/elements/strain_limit.hpp"
+#include "weft/elements/turned_start.hpp"
 #include "weft/exec/launch.hpp"
 
 namespace weft {
@@ -22,6 +23,13 @@ struct MaterialRow {
   OrthotropicMembrane<T> orthotropic{};  ///< of isotropic ones too
   Index table = 0;             ///< of samples and ridges: where theirs begins in the tables
   MembraneLimits<T> limits{};  ///< none of isotropic ones
+  T density = T(0);            ///< [kg/m^2]
+
+  /// The largest without limits. [N/m]
+  WEFT_HD T stiffness() const noexcept {
+    return kind == MembraneKind::orthotropic ? greater(orthotropic.c11, orthotropic.c22)
+                                             : membrane.lambda + T(2) * membrane.mu;
+  }
 };
 
 /// Elastic and damping forces of every triangle that touches this rank's rows, and their projected
@@ -43,6 +51,9 @@ struct AssembleMembrane {
   Span<const T> tables{};          ///< of materials that have one, one after the other
   /// [n] share of a compression that the material sees, see buckling.hpp; empty: 1
   Span<const T> compression{};
+  /// Triangles that it turns are linearised where they are then. Without velocities, h is the time
+  /// step, and x_k is reached within it.
+  TurnedStart<T> start{};
 };
 
 /// Gradient and projected Hessian of one triangle of any material.
@@ -83,8 +94,21 @@ WEFT_HD void membrane_terms(const AssembleMembrane<T>& a, Index i, Vec3<T>* impu
   const MaterialRow<T>& m = a.materials[static_cast<std::size_t>(a.material[n])];
   Vec3<T> x[3];
   for (int c = 0; c < 3; ++c) x[c] = a.positions[static_cast<std::size_t>(t.v[c])];
-  Vec3<T> g[3];
-  membrane_of_material(a, m, x, n, g, k);
+  Vec3<T> g[3], turned[2];
+  if (a.start.edges(t, a.inv_rest[n], m.stiffness(), m.density, turned)) {
+    const Vec3<T> about[3] = {Vec3<T>{}, turned[0], turned[1]};
+    membrane_of_material(a, m, about, n, g, k);
+    const T share = a.velocities.empty() ? T(1) + m.damping_stiffness / a.h : T(1);
+    const Vec3<T> d1 = share * ((x[1] - x[0]) - turned[0]);
+    const Vec3<T> d2 = share * ((x[2] - x[0]) - turned[1]);
+    const Vec3<T> g1 = k[3] * d1 + k[4] * d2;
+    const Vec3<T> g2 = transpose(k[4]) * d1 + k[5] * d2;
+    g[0] -= g1 + g2;
+    g[1] += g1;
+    g[2] += g2;
+  } else {
+    membrane_of_material(a, m, x, n, g, k);
+  }
   if (!a.velocities.empty() && m.damping_stiffness > T(0)) {
     Vec3<T> v[3];
     for (int c = 0; c < 3; ++c)

@@ -68,6 +68,7 @@ struct AssembleStretchError {
   Span<const Vec3<T>> positions_t1;  ///< [m] its end
   Span<StretchError<T>> error;       ///< [n]
   Span<const T> compression{};       ///< [n] as in AssembleMembrane; empty: 1
+  TurnedStart<T> start{};            ///< D counts from where it turns triangles to
 
   WEFT_HD Index count() const noexcept { return static_cast<Index>(triangles.size()); }
 
@@ -76,12 +77,14 @@ struct AssembleStretchError {
     const MaterialRow<T>& m = materials.data()[material.data()[i]];
     const detail::StretchColumns<T> before(t, inv_rest.data()[i], positions_t0);
     const detail::StretchColumns<T> after(t, inv_rest.data()[i], positions_t1);
-    const Vec3<T> d[2] = {after.c[0] - before.c[0], after.c[1] - before.c[1]};
+    Vec3<T> d[2] = {after.c[0] - before.c[0], after.c[1] - before.c[1]};
+    const T stiffness = m.stiffness();
+    Vec3<T> turned[2];
+    if (start.edges(t, inv_rest.data()[i], stiffness, m.density, turned))
+      for (int k = 0; k < 2; ++k)
+        d[k] = after.c[k] -
+               (turned[0] * inv_rest.data()[i](0, k) + turned[1] * inv_rest.data()[i](1, k));
     const detail::Symmetric2<T> second{dot(d[0], d[0]), dot(d[0], d[1]), dot(d[1], d[1])};
-    const T isotropic = m.membrane.lambda + T(2) * m.membrane.mu;
-    const T stiffness = m.kind == MembraneKind::orthotropic
-                            ? greater(m.orthotropic.c11, m.orthotropic.c22)
-                            : isotropic;
     const T rest_area = area.data()[i];
     const detail::Symmetric2<T> green = before.green();
     StretchError<T> e;

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <cstdint>
-
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
+#include "weft/elements/rotation.hpp"
 #include "weft/exec/element_wise.hpp"
 
 namespace weft {
@@ -27,7 +26,7 @@ constexpr int moving_frame_samples = 16;
 /// than their weight. A linear system about x_n itself takes a rotation by an angle a for a strain
 /// of a^2 / 2, which stiff cloth takes back in the next step: sheets that spin lose several times
 /// the energy that they lose with implicit Euler.
-/// Reads: positions and velocities of the samples and of its own vertex. Writes: own vertex, flag.
+/// Reads: positions and velocities of the samples and of its own vertex. Writes: own vertex.
 /// Order: samples in their order. Ghosts: none (every rank does all vertices). Flags: none.
 template <class T>
 struct IntegrateMovingFrame {
@@ -44,7 +43,8 @@ struct IntegrateMovingFrame {
   Span<Vec3<T>> iterate_velocities;       ///< [cloth vertices] [m/s] (x_k - x_n) / dt
   /// [cloth vertices] [m/s] the same and, turned by R, what the vertex has beyond V + w x (x_n - c)
   Span<Vec3<T>> turned_velocities;
-  Span<std::int32_t> turned;  ///< [1] is set to 1 if any vertex turns
+  /// [cloth vertices] [m/s] velocities relative to the frame, turned by R
+  Span<Vec3<T>> relative_velocities;
 
   WEFT_HD Index count() const noexcept { return static_cast<Index>(component_of_vertex.size()); }
 
@@ -66,16 +66,17 @@ struct IntegrateMovingFrame {
     iterate_positions[v] = x + dt * drift;
     iterate_velocities[v] = drift;
     turned_velocities[v] = start;
+    relative_velocities[v] = start - drift;
     if (!meets.empty() && meets[static_cast<std::size_t>(component_of_vertex[v])] != 0) return;
     const Vec3<T> spin = angular_velocity(first, centre, drift);
     if (!(dt * length(spin) > angle_min)) return;
-    turned[0] = 1;
     const Vec3<T> arm = x - centre;
     const Vec3<T> turned_arm = turn(arm, spin);
     turned_positions[v] = centre + turned_arm;
     iterate_positions[v] = turned_positions[v] + dt * drift;
     iterate_velocities[v] = drift + (T(1) / dt) * (turned_arm - arm);
-    turned_velocities[v] = iterate_velocities[v] + turn(start - drift - cross(spin, arm), spin);
+    relative_velocities[v] = turn(start - drift - cross(spin, arm), spin);
+    turned_velocities[v] = iterate_velocities[v] + relative_velocities[v];
   }
 
  private:
@@ -102,9 +103,7 @@ struct IntegrateMovingFrame {
   }
 
   WEFT_HD Vec3<T> turn(const Vec3<T>& x, const Vec3<T>& spin) const noexcept {
-    const Vec3<T> half = (dt / T(2)) * spin;
-    const Vec3<T> across = cross(half, x);
-    return x + (T(2) / (T(1) + dot(half, half))) * (across + cross(half, across));
+    return cayley_turned(x, (dt / T(2)) * spin);
   }
 };
 

@@ -342,12 +342,13 @@ int SceneRun::finish(const std::optional<std::string>& failure, ExitCode code,
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.local_frame());
-  RunFacts facts{device_,
-                 validate_frame(meshes, !simulation_.scene().seams.empty()),
-                 frame_complete(),
-                 failure,
-                 place,
-                 balance_.gain()};
+  RunFacts facts{
+      device_,
+      validate_frame(meshes, !simulation_.scene().seams.empty(), simulation_.scene().contact.self),
+      frame_complete(),
+      failure,
+      place,
+      balance_.gain()};
   const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
   write_file_atomically(directory_.report(), report);
   if (!request_.report.empty()) write_file_atomically(request_.report, report);
@@ -355,7 +356,7 @@ int SceneRun::finish(const std::optional<std::string>& failure, ExitCode code,
   if (shown) *shown -= meshes.origin;
   const bool picture = write_failure_picture(directory_, meshes, shown);
   if (gain_said_ && !gained_) show(stderr, "weft: warning: {}\n", balance_.gain_text());
-  warn_of_intersections(simulation_.scene(), facts.verdict, directory_);
+  warn_of_intersections(facts.verdict, directory_);
   if (failure)
     show(stderr, "weft: {}; checkpoint {}{}\n", *failure,
          checkpoint_.empty() ? "none" : checkpoint_.string(),

@@ -6,6 +6,7 @@
 
 #include "host/base/temporary_file.hpp"
 #include "host/scene/contact_energy.hpp"
+#include "host/simulation/state_energy.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slice_start.hpp"
@@ -25,10 +26,6 @@ constexpr double gain_max = 0.1;
 /// bodies. After one of those come many, each of which goes all the way down to there.
 bool jammed(const StepReport& report) {
   return report.failure != Failure::none || report.fallback_level >= FallbackLevel::rigid;
-}
-
-double total(const Energy& e) {
-  return e.kinetic + e.elastic + e.gravitational;
 }
 
 fs::path eased_file(const fs::path& directory) {

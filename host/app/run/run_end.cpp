@@ -44,9 +44,10 @@ bool draws_preview(const RunRequest& request) {
   return request.preview.value_or(::isatty(STDOUT_FILENO) != 0 && ::isatty(STDERR_FILENO) != 0);
 }
 
-lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
+lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn, bool self) {
   lab::ValidatorOptions options;
   options.sewn = sewn;
+  options.self = self;
   options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const Mesh obstacle = io::joined(meshes.obstacles);
   const Mesh displaced = io::joined(meshes.displaced);
@@ -57,9 +58,8 @@ lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
                        meshes.displaced.empty() ? nullptr : &displaced, options);
 }
 
-void warn_of_intersections(const Scene& scene, const lab::DisplacedVerdict& verdict,
-                           const RunDirectory& directory) {
-  if (verdict.intersections() == 0 || !scene.contact.self) return;
+void warn_of_intersections(const lab::DisplacedVerdict& verdict, const RunDirectory& directory) {
+  if (verdict.intersections() == 0) return;
   show(stderr, "weft: warning: the last frame has {}; weft check {} names them\n",
        counted(verdict.intersections(), "intersection"), directory.path().string());
 }

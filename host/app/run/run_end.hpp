@@ -12,12 +12,11 @@ namespace weft::app {
 enum ExitCode { done = 0, simulation_failed = 4, stopped = 130 };
 
 /// Verdict on the last frame of a run.
-/// @param sewn see lab::ValidatorOptions
-lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn);
+/// @param sewn, self see lab::ValidatorOptions
+lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn, bool self);
 
-/// Says on standard error that cloth intersects something at the end, unless the scene allows it.
-void warn_of_intersections(const Scene& scene, const lab::DisplacedVerdict& verdict,
-                           const RunDirectory& directory);
+/// Says on standard error that cloth intersects something at the end.
+void warn_of_intersections(const lab::DisplacedVerdict& verdict, const RunDirectory& directory);
 
 /// Whether a run draws preview.png: as the request says, else if standard output and standard error
 /// are a terminal, where a person waits for it.

@@ -366,7 +366,11 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   const fs::path end = SliceFiles(run_, slices - 1).end();
   if (outcome.done) last.resume(end, SceneChanges::allow);
   const FrameMeshes meshes = frame_meshes(last.scene(), last.local_frame());
-  RunFacts facts{{devices_.text(), {}}, validate_frame(meshes, false), outcome.done, failure, {},
+  RunFacts facts{{devices_.text(), {}},
+                 validate_frame(meshes, false, last.scene().contact.self),
+                 outcome.done,
+                 failure,
+                 {},
                  balance.gain()};
   Json report = make_report(last, totals, facts);
   report["method"] = "time_parallel";
@@ -377,7 +381,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   if (!request_.report.empty()) write_file_atomically(request_.report, text);
   if (failure) show(stderr, "weft: {}; what is done is in {}\n", *failure, run_.string());
   if (code != done) return code;
-  warn_of_intersections(last.scene(), facts.verdict, directory_);
+  warn_of_intersections(facts.verdict, directory_);
   if (balance.gain() > 0) show(stderr, "weft: warning: {}\n", balance.gain_text());
   if (const std::string limits = totals.exceeded_limits(); !limits.empty())
     show(stderr, "weft: warning: {}\n", limits);

@@ -404,6 +404,15 @@ TEST_F(RunDirectoryTest, AFailedStepLeavesNoFrame) {
   EXPECT_EQ(frames, steps / 8);
 }
 
+TEST_F(RunDirectoryTest, ClothThatMayPassThroughItselfHasNoIntersections) {
+  write("crossing.json", R"({"time": {"frames": 1}, "contact": {"self": false}, "cloths": [
+    {"grid": {"size": [1, 1], "cells": [4, 4]}},
+    {"grid": {"size": [1, 1], "cells": [4, 4]}, "transform": {"rotate": [90, 1, 0, 0]}}]})");
+  EXPECT_EQ(weft({"run", "crossing.json", "-o", "a", "--no-preview"}), 0) << err_;
+  EXPECT_EQ(report("a")["intersections"], 0);
+  EXPECT_EQ(err_.find("intersection"), std::string::npos) << err_;
+}
+
 TEST_F(RunDirectoryTest, AReportThatCannotBeWrittenIsRefusedAtOnce) {
   write("file", "");
   for (const char* path : {"none/report.json", "file/report.json", "."}) {

@@ -137,7 +137,7 @@ class KernelBytes {
   double cloth(const Span<V>& vector) const {
     return vector.empty() ? 0 : times<V>(cloth_);
   }
-  /// Entries of a matrix, padding included.
+  /// Entries of a matrix, padding included, which CUDA does not load of blocks.
   template <class Matrix>
   double entries(const Matrix& m) const {
     if (m.row_count == 0) return 0;
@@ -147,7 +147,16 @@ class KernelBytes {
   template <class T>
   double matrix(const BlockEll<T>& m) const {
     if (m.row_count == 0) return 0;
-    return all(m.slice_offset) + entries(m) * (9 * sizeof(T) + sizeof(Index));
+    double loaded = entries(m);
+    if (!m.order.packed.empty()) {
+      std::vector<Index> packed(m.order.packed.size());
+      queue_->copy(packed.data(), m.order.packed.data(), packed.size() * sizeof(Index));
+      queue_->sync();
+      const RowOrder order{packed};
+      loaded = 0;
+      for (Index place = 0; place < m.row_count; ++place) loaded += order.entries(place, 0);
+    }
+    return all(m.slice_offset, m.order.packed) + loaded * (9 * sizeof(T) + sizeof(Index));
   }
   template <class T>
   double matrix(const ScalarEll<T>& m) const {

@@ -58,6 +58,7 @@ __device__ __noinline__ void multiply_contact_operator(const SolvePcg<T>& args,
   own.wait_for_own(epoch);
   for_rows(
       [&](Index first) { add_contact_rows<true>(part, share.begin, share.rows, first, vector); });
+  sync_unit<lane_rows>();
 }
 
 /// What one block does in a solve whose ranks reach each other's memory.

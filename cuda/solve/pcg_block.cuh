@@ -73,28 +73,38 @@ struct BlockPlace {
   int block, blocks;
 };
 
-/// w = mesh part of A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp
-/// calls it. Never inlined: what the solve around it holds in registers would be spilled within its
-/// loops.
+/// w = mesh part of A vector in the rows at 32 own places from `first` on, zero in fixed ones. The
+/// whole warp calls it; its unit must come together before w is read.
 /// @param begin, rows of the rank
 template <class T>
-__device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
-                                           Index first, const Vec3<T>* vector) {
-  const Index row = first + static_cast<Index>(threadIdx.x % 32);
-  if (row >= rows) return;
+__device__ __forceinline__ void multiply_rows_inline(const SolvePcgPart<T>& part, Index begin,
+                                                     Index rows, Index first,
+                                                     const Vec3<T>* vector) {
+  const Index place = first + static_cast<Index>(threadIdx.x % 32);
+  if (place >= rows) return;
+  const Index row = part.mesh.order.row(place);
   Vec3<T> sum{};
   if (part.fixed.data()[begin + row] == 0)
-    sum = mesh_row<cuda_slice>(part, row, vector, vector[begin + row]);
+    sum = mesh_row<cuda_slice>(part, place, row, begin, vector);
   part.w.data()[row] = sum;
 }
 
-/// Adds the contact part of A vector to w in 32 own rows from `first` on. The whole warp calls it.
+/// The same, never inlined: where there are aggregates, what the solve around it holds in registers
+/// would be spilled within its loops.
+template <class T>
+__device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
+                                           Index first, const Vec3<T>* vector) {
+  multiply_rows_inline(part, begin, rows, first, vector);
+}
+
+/// Adds the contact part of A vector to w in the same rows. The whole warp calls it.
 /// @tparam pulled see contact_row()   @param begin, rows of the rank
 template <bool pulled, class T>
 __device__ void add_contact_rows(const SolvePcgPart<T>& part, Index begin, Index rows, Index first,
                                  const Vec3<T>* vector) {
-  const Index row = first + static_cast<Index>(threadIdx.x % 32);
-  if (row >= rows) return;
+  const Index place = first + static_cast<Index>(threadIdx.x % 32);
+  if (place >= rows) return;
+  const Index row = part.mesh.order.row(place);
   const Index* offset = part.contact.end_offset.data();
   if (offset[row] == offset[row + 1] || part.fixed.data()[begin + row] != 0) return;
   part.w.data()[row] += contact_row<pulled>(part.contact, row, vector);
@@ -186,8 +196,13 @@ class PcgBlock {
   }
 
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
-    for (int j = 0; j < lane_rows; ++j)
-      multiply_rows(part_, begin_, rows_, at.first + 32 * j, vector);
+    for (int j = 0; j < lane_rows; ++j) {
+      if constexpr (kind == Kind::jacobi)
+        multiply_rows_inline(part_, begin_, rows_, at.first + 32 * j, vector);
+      else
+        multiply_rows(part_, begin_, rows_, at.first + 32 * j, vector);
+    }
+    sync_unit<lane_rows>();
   }
 
   /// r = b - A x in free rows, u = P r.

@@ -43,7 +43,7 @@ class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T
       const WarpRows at = Base::rows_of(tile);
       for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
-        const int own = row < Base::rows_ ? last_arrival(args_, row) : 0;
+        const int own = row < Base::rows_ ? last_arrival(args_, args_.part.mesh.order.row(row)) : 0;
         const int last = __reduce_max_sync(whole_warp, own);
         if (at.lane == 0 && row < Base::rows_)
           args_.group_stage.data()[row / pipelined_group_rows] = static_cast<unsigned char>(last);

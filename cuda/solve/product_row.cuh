@@ -60,42 +60,44 @@ class ColumnQueue {
   Columns asked_;
 };
 
-/// Adds row `row` of a block matrix of slices of `slice` rows, times v - own. One thread a row:
-/// with slices of 32 rows each load of a warp takes a whole line, with 8 rows sectors of four
+/// Adds the row at a place of a block matrix of slices of `slice` rows, times v - own. One thread a
+/// row: with slices of 32 rows each load of a warp takes a whole line, with 8 rows sectors of four
 /// lines, and then the caches' tags limit it (benchmarks/journal/2026-11-one-h100.md).
 template <int slice, class T>
-__device__ void add_block_row(const BlockEll<T>& m, Index row, const Vec3<T>* v, const Vec3<T>& own,
-                              Vec3<T>& sum) {
-  const Index n = row / slice;
+__device__ void add_block_row(const BlockEll<T>& m, Index place, const Vec3<T>* v,
+                              const Vec3<T>& own, Vec3<T>& sum) {
+  const Index n = place / slice;
   const Offset begin = m.slice_offset.data()[n];
-  const auto slots = static_cast<int>(m.slice_offset.data()[n + 1] - begin);
-  const Index* column = m.column.data() + begin * slice + row % slice;
-  const T* value = m.value.data() + begin * 9 * slice + row % slice;
-  ColumnQueue<2> next(column, slice, slots);
-  for (int slot = 0; slot < slots; slot += 2) {
+  const int slots =
+      m.order.entries(place, static_cast<Index>(m.slice_offset.data()[n + 1] - begin));
+  const Index* column = m.column.data() + begin * slice + place % slice;
+  const T* value = m.value.data() + begin * 9 * slice + place % slice;
+  ColumnQueue<3> next(column, slice, slots);
+  for (int slot = 0; slot < slots; slot += 3) {
     const auto vertex = next.take();
 #pragma unroll
-    for (int k = 0; k < 2; ++k, value += 9 * slice)
+    for (int k = 0; k < 3; ++k, value += 9 * slice)
       if (slot + k < slots) add_block(value, slice, v[vertex[k]], own, sum);
   }
 }
 
-/// Row `row` of a matrix of multiples of the identity, times v - own.
+/// The row at a place of a matrix of multiples of the identity, times v - own.
+/// @param vertex of the row, which padding names
 template <int slice, class T>
-__device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index row, const Vec3<T>* v,
+__device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index place, Index vertex, const Vec3<T>* v,
                               const Vec3<T>& own) {
-  const Index n = row / slice;
+  const Index n = place / slice;
   const Offset begin = m.slice_offset.data()[n];
   const auto slots = static_cast<int>(m.slice_offset.data()[n + 1] - begin);
-  const Index* column = m.column.data() + begin * slice + row % slice;
-  const T* value = m.value.data() + begin * slice + row % slice;
+  const Index* column = m.column.data() + begin * slice + place % slice;
+  const T* value = m.value.data() + begin * slice + place % slice;
   Vec3<T> sum{};
   ColumnQueue<4> next(column, slice, slots);
   for (int slot = 0; slot < slots; slot += 4) {
-    const auto vertex = next.take();
+    const auto other = next.take();
 #pragma unroll
     for (int k = 0; k < 4; ++k, value += slice)
-      if (slot + k < slots) sum += __ldcs(value) * (v[vertex[k]] - own);
+      if (slot + k < slots && other[k] != vertex) sum += __ldcs(value) * (v[other[k]] - own);
   }
   return sum;
 }
@@ -120,13 +122,14 @@ __device__ Vec3<T> vertex_row(const VertexPart<T>& vertex, Index row, const Vec3
 
 /// Row `row` of the mesh's part of the system times v: what acts on the vertex alone, blocks, then
 /// far entries, in stored order.
-/// @param own v at the row's vertex
+/// @param place of the row, see RowOrder   @param begin vertex of row 0
 template <int slice, class T>
-__device__ Vec3<T> mesh_row(const SolvePcgPart<T>& part, Index row, const Vec3<T>* v,
-                            const Vec3<T>& own) {
+__device__ Vec3<T> mesh_row(const SolvePcgPart<T>& part, Index place, Index row, Index begin,
+                            const Vec3<T>* v) {
+  const Vec3<T> own = v[begin + row];
   Vec3<T> sum = vertex_row(part.vertex, row, own);
-  add_block_row<slice>(part.mesh, row, v, own, sum);
-  if (part.far.row_count > 0) sum += scalar_row<slice>(part.far, row, v, own);
+  add_block_row<slice>(part.mesh, place, v, own, sum);
+  if (part.far.row_count > 0) sum += scalar_row<slice>(part.far, place, begin + row, v, own);
   return sum;
 }
 
@@ -134,9 +137,9 @@ __device__ Vec3<T> mesh_row(const SolvePcgPart<T>& part, Index row, const Vec3<T
 template <class T>
 __device__ void add_magnitudes(const BlockEll<T>& m, Index row, const Vec3<T>* v, Vec3<T>& sum) {
   if (m.row_count == 0) return;
-  const Index lane = row % m.slice;
-  const Offset end = m.slice_offset.data()[row / m.slice + 1];
-  for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot) {
+  const Index place = m.order.place(row), lane = place % m.slice;
+  const Offset end = m.slice_offset.data()[place / m.slice + 1];
+  for (Offset slot = m.slice_offset.data()[place / m.slice]; slot < end; ++slot) {
     const Vec3<T>& x = v[m.column.data()[slot * m.slice + lane]];
     const T* value = m.value.data() + slot * 9 * m.slice + lane;
     for (int k = 0; k < 9; ++k) sum[k / 3] += abs(value[k * m.slice] * x[k % 3]);
@@ -149,9 +152,9 @@ __device__ void add_magnitudes(const Mat3<T>& block, const Vec3<T>& v, Vec3<T>& 
 template <class T>
 __device__ void add_magnitudes(const ScalarEll<T>& m, Index row, const Vec3<T>* v, Vec3<T>& sum) {
   if (m.row_count == 0) return;
-  const Index lane = row % m.slice;
-  const Offset end = m.slice_offset.data()[row / m.slice + 1];
-  for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot)
+  const Index place = m.order.place(row), lane = place % m.slice;
+  const Offset end = m.slice_offset.data()[place / m.slice + 1];
+  for (Offset slot = m.slice_offset.data()[place / m.slice]; slot < end; ++slot)
     for (int c = 0; c < 3; ++c)
       sum[c] +=
           abs(m.value.data()[slot * m.slice + lane] * v[m.column.data()[slot * m.slice + lane]][c]);

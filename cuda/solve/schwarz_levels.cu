@@ -176,7 +176,8 @@ class BlockSums {
         if (n >= slots_at_once * fine_rows_max) continue;
         const Index row = n % fine_rows_max;
         if (row >= rows_) continue;
-        const Index slice = (first_ + row) / m.slice, lane = (first_ + row) % m.slice;
+        const Index place = m.order.place(first_ + row);
+        const Index slice = place / m.slice, lane = place % m.slice;
         const Offset slot = offset[slice] + begin + n / fine_rows_max;
         domain_.entries.place[n / fine_rows_max][row] =
             slot < offset[slice + 1] ? place_of(row, __ldg(m.column.data() + slot * m.slice + lane))
@@ -184,8 +185,9 @@ class BlockSums {
       }
       __syncthreads();
       for (Index row = own_begin_; adds && row < own_end_; ++row) {
-        const Index lane = (first_ + row) % m.slice;
-        const Offset slot = offset[(first_ + row) / m.slice] + begin;
+        const Index place = m.order.place(first_ + row);
+        const Index lane = place % m.slice;
+        const Offset slot = offset[place / m.slice] + begin;
         T entry[slots_at_once];
 #pragma unroll
         for (int n = 0; n < slots_at_once; ++n)

@@ -170,7 +170,8 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
 template <class T>
 typename PreconditionerBuffers<T>::Of LinearSystem<T>::matrix(int r) const {
   const Rank& k = rank(r);
-  return {k.mesh.view(k.own), k.plate.view(k.own), k.contacts.view(), geometry(r).fixed.span()};
+  return {k.mesh.view(k.own), k.plate.view(k.own, {k.mesh.order.span()}), k.contacts.view(),
+          geometry(r).fixed.span()};
 }
 
 template <class T>
@@ -436,12 +437,14 @@ std::vector<double> LinearSystem<T>::partial_work() {
     const Rank& k = rank(r);
     Queue& queue = store_.devices()[r].compute();
     const auto rows = static_cast<std::size_t>(k.own.count);
+    const std::vector<Index> packed = download(queue, k.mesh.order);
+    const RowOrder order{packed};
     const std::vector<double> blocks =
-        slots_of_rows(download(queue, k.mesh.slice_offset), partition.slice, rows);
+        slots_of_rows(download(queue, k.mesh.slice_offset), order, partition.slice, rows);
     std::vector<double> scalars(rows, 0);
     if (k.plate.off_pattern_column.size() > 0)
-      scalars =
-          slots_of_rows(download(queue, k.plate.off_pattern_slice_offset), partition.slice, rows);
+      scalars = slots_of_rows(download(queue, k.plate.off_pattern_slice_offset), order,
+                              partition.slice, rows);
     std::vector<double> contacts = k.contacts.bytes_of_rows(queue);
     contacts.resize(rows, 0);
     for (std::size_t i = 0; i < rows; ++i) {

@@ -6,6 +6,7 @@ template <class T>
 void MeshMatrix<T>::make(Device& device, const RankRows& own, const MeshRows& rows, bool wind) {
   const MemoryName name("matrix");
   put(device, slice_offset, rows.slice_offset);
+  put(device, order, rows.order);
   put(device, column, rows.column);
   put(device, block_source_offset, rows.block_source_offset);
   put(device, block_source, rows.block_source);
@@ -22,8 +23,13 @@ template <class T>
 void MeshMatrix<T>::assemble(Queue& queue, const RankRows& own, const RankGeometry<T>& geometry,
                              const ElementBuffers<T>& e, const At& at) {
   launch(queue, AssembleRows<T>{own.begin,
-                                {own.count, own.slice, slice_offset.span(), column.span(),
-                                 value.span(), diagonal.span()},
+                                {own.count,
+                                 own.slice,
+                                 slice_offset.span(),
+                                 column.span(),
+                                 value.span(),
+                                 diagonal.span(),
+                                 {order.span()}},
                                 block_source_offset.span(),
                                 block_source.span(),
                                 corner_source_offset.span(),

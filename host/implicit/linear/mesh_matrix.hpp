@@ -13,6 +13,7 @@ namespace weft {
 template <class T>
 struct MeshMatrix {
   Buffer<Offset> slice_offset;
+  Buffer<Index> order;  ///< see RowOrder
   Buffer<Index> column;
   Buffer<T> value;
   Buffer<Mat3<T>> diagonal;
@@ -36,8 +37,8 @@ struct MeshMatrix {
                 const ElementBuffers<T>& elements, const At& at);
 
   BlockEll<T> view(const RankRows& own) const {
-    return {own.count,     own.slice,    slice_offset.span(),
-            column.span(), value.span(), diagonal.span()};
+    return {own.count,    own.slice,       slice_offset.span(), column.span(),
+            value.span(), diagonal.span(), {order.span()}};
   }
   VertexPart<T> vertex_part(const RankRows& own) const {
     return {vertex_mass.span(), {own.block_slice(), vertex_drag.span()}};

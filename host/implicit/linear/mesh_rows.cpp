@@ -21,24 +21,32 @@ class MeshRowsBuilder {
       : model_(model),
         begin_(partition.row_begin[static_cast<std::size_t>(rank)]),
         end_(partition.row_begin[static_cast<std::size_t>(rank) + 1]),
-        slice_(partition.slice) {}
+        slice_(partition.slice),
+        window_(slice_ == cuda_slice ? RowOrder::window : slice_) {}
 
   MeshRows build() {
     choose_elements();
     list_corners();
     out_.slice_offset.push_back(0);
     out_.block_source_offset.push_back(0);
-    std::vector<std::vector<Entry>> rows(static_cast<std::size_t>(slice_));
-    for (Index first = begin_; first < end_; first += slice_) {
-      for (Index lane = 0; lane < slice_; ++lane)
-        collect_row(first + lane, rows[static_cast<std::size_t>(lane)]);
-      append_slice(first, rows);
+    std::vector<Row> rows(static_cast<std::size_t>(window_));
+    for (Index first = begin_; first < end_; first += window_) {
+      for (Index n = 0; n < window_; ++n) collect_row(first + n, rows[static_cast<std::size_t>(n)]);
+      if (window_ == RowOrder::window) append_order(first, rows);
+      for (Index n = 0; n < std::min(window_, end_ - first); n += slice_)
+        append_slice(rows.data() + n);
     }
     sort_unique(out_.ghost);
     return std::move(out_);
   }
 
  private:
+  struct Row {
+    Index vertex = 0;  ///< beyond the last: there is none
+    Index count = 0;   ///< of entries, each of which may have several sources
+    std::vector<Entry> sources;
+  };
+
   bool own(Index v) const { return v >= begin_ && v < end_; }
 
   void choose_elements() {
@@ -83,7 +91,10 @@ class MeshRowsBuilder {
   }
 
   /// Entries of one row by column but for its own, sources of an entry in their fixed order.
-  void collect_row(Index row, std::vector<Entry>& entries) const {
+  void collect_row(Index row, Row& out) const {
+    std::vector<Entry>& entries = out.sources;
+    out.vertex = row;
+    out.count = 0;
     entries.clear();
     if (row >= end_) return;
     const auto r = static_cast<std::size_t>(row - begin_);
@@ -112,22 +123,41 @@ class MeshRowsBuilder {
         entries[place] = entries[place - 1];
       entries[place] = entry;
     }
+    for (std::size_t i = 0; i < entries.size(); ++i)
+      out.count += i == 0 || entries[i].column != entries[i - 1].column ? 1 : 0;
   }
 
-  void append_slice(Index first, const std::vector<std::vector<Entry>>& rows) {
-    std::vector<std::size_t> cursor(rows.size(), 0);
+  /// Sorts the rows of a window, and notes their order.
+  void append_order(Index first, std::vector<Row>& rows) {
+    const Index count = std::min(window_, end_ - first);
+    std::stable_sort(rows.begin(), rows.begin() + count,
+                     [](const Row& a, const Row& b) { return a.count > b.count; });
+    std::vector<Index> place(static_cast<std::size_t>(count));
+    for (Index p = 0; p < count; ++p)
+      place[static_cast<std::size_t>(rows[static_cast<std::size_t>(p)].vertex - first)] = p;
+    for (Index p = 0; p < count; ++p) {
+      const Row& row = rows[static_cast<std::size_t>(p)];
+      out_.order.push_back(
+          RowOrder::pack(row.vertex - first, place[static_cast<std::size_t>(p)], row.count));
+    }
+  }
+
+  /// @param rows [slice]
+  void append_slice(const Row* rows) {
+    const auto width = static_cast<std::size_t>(slice_);
+    std::vector<std::size_t> cursor(width, 0);
     bool any = true;
     Offset slots = 0;
     while (true) {
       any = false;
-      for (std::size_t lane = 0; lane < rows.size(); ++lane)
-        any = any || cursor[lane] < rows[lane].size();
+      for (std::size_t lane = 0; lane < width; ++lane)
+        any = any || cursor[lane] < rows[lane].sources.size();
       if (!any) break;
       ++slots;
-      for (std::size_t lane = 0; lane < rows.size(); ++lane) {
-        const std::vector<Entry>& entries = rows[lane];
+      for (std::size_t lane = 0; lane < width; ++lane) {
+        const std::vector<Entry>& entries = rows[lane].sources;
         // Lanes beyond the last row repeat it, so that their column is a valid vertex.
-        Index column = std::min(first + static_cast<Index>(lane), end_ - 1);
+        Index column = std::min(rows[lane].vertex, end_ - 1);
         if (cursor[lane] < entries.size()) {
           column = entries[cursor[lane]].column;
           for (; cursor[lane] < entries.size() && entries[cursor[lane]].column == column;
@@ -146,6 +176,7 @@ class MeshRowsBuilder {
   Index begin_;
   Index end_;
   Index slice_;
+  Index window_;  ///< rows that are sorted
   MeshRows out_;
 };
 
@@ -157,18 +188,20 @@ class PlateRowsBuilder {
         mesh_(mesh),
         begin_(partition.row_begin[static_cast<std::size_t>(rank)]),
         end_(partition.row_begin[static_cast<std::size_t>(rank) + 1]),
-        slice_(partition.slice) {}
+        slice_(partition.slice),
+        order_{mesh.order} {}
 
   PlateRows build() {
     out_.in_pattern_offset.push_back(0);
     out_.off_pattern_slice_offset.push_back(0);
-    std::vector<std::vector<std::size_t>> far(static_cast<std::size_t>(slice_));
-    for (Index first = begin_; first < end_; first += slice_) {
-      for (Index lane = 0; lane < slice_; ++lane) {
-        far[static_cast<std::size_t>(lane)].clear();
-        if (first + lane < end_) split_row(first + lane, far[static_cast<std::size_t>(lane)]);
+    std::vector<std::vector<std::size_t>> far(RowOrder::window);
+    for (Index first = begin_; first < end_; first += RowOrder::window) {
+      for (Index n = 0; n < RowOrder::window; ++n) {
+        far[static_cast<std::size_t>(n)].clear();
+        if (first + n < end_) split_row(first + n, far[static_cast<std::size_t>(n)]);
       }
-      append_slice(first, far);
+      for (Index n = 0; n < std::min(RowOrder::window, end_ - first); n += slice_)
+        append_slice(first, n, far);
     }
     out_.ghost = mesh_.ghost;
     for (auto e = static_cast<std::size_t>(matrix_.row_offset[static_cast<std::size_t>(begin_)]);
@@ -182,9 +215,9 @@ class PlateRowsBuilder {
  private:
   void split_row(Index row, std::vector<std::size_t>& far) {
     const auto r = static_cast<std::size_t>(row);
-    const Index local = row - begin_;
-    const auto slice = static_cast<std::size_t>(local / slice_);
-    const Index lane = local % slice_;
+    const Index place = order_.place(row - begin_);
+    const auto slice = static_cast<std::size_t>(place / slice_);
+    const Index lane = place % slice_;
     // Columns ascend on both sides; padding repeats the row's own column, behind the real ones.
     Offset slot = mesh_.slice_offset[slice];
     const auto entry = [&] { return static_cast<std::size_t>(slot * slice_ + lane); };
@@ -208,15 +241,21 @@ class PlateRowsBuilder {
     out_.in_pattern_offset.push_back(static_cast<Offset>(out_.in_pattern_place.size()));
   }
 
-  void append_slice(Index first, const std::vector<std::vector<std::size_t>>& far) {
+  /// @param far of the window that begins with vertex `first`   @param begin first place there
+  void append_slice(Index first, Index begin, const std::vector<std::vector<std::size_t>>& far) {
+    std::vector<Index> row_of;  // of each lane
     std::size_t longest = 0;
-    for (const auto& row : far) longest = std::max(longest, row.size());
+    for (Index place = begin; place < begin + slice_; ++place) {
+      const bool there = first + place < end_;
+      row_of.push_back(there ? order_.row(first - begin_ + place) % RowOrder::window : place);
+      longest = std::max(longest, far[static_cast<std::size_t>(row_of.back())].size());
+    }
     for (std::size_t n = 0; n < longest; ++n)
-      for (Index lane = 0; lane < slice_; ++lane) {
-        const auto& row = far[static_cast<std::size_t>(lane)];
+      for (const Index own : row_of) {
+        const auto& row = far[static_cast<std::size_t>(own)];
         const bool real = n < row.size();
         out_.off_pattern_column.push_back(real ? matrix_.column[row[n]]
-                                               : std::min(first + lane, end_ - 1));
+                                               : std::min(first + own, end_ - 1));
         out_.off_pattern_stiffness.push_back(real ? matrix_.stiffness[row[n]] : 0);
         out_.off_pattern_damping.push_back(real ? matrix_.damping[row[n]] : 0);
       }
@@ -229,6 +268,7 @@ class PlateRowsBuilder {
   Index begin_;
   Index end_;
   Index slice_;
+  RowOrder order_;
   PlateRows out_;
 };
 
@@ -248,12 +288,12 @@ MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank
   return MeshRowsBuilder(model, partition, rank).build();
 }
 
-std::vector<double> slots_of_rows(const std::vector<Offset>& slice_offset, Index slice,
-                                  std::size_t rows) {
+std::vector<double> slots_of_rows(const std::vector<Offset>& slice_offset, const RowOrder& order,
+                                  Index slice, std::size_t rows) {
   std::vector<double> slots;
   slots.reserve(rows);
   for (std::size_t i = 0; i < rows; ++i) {
-    const std::size_t s = i / static_cast<std::size_t>(slice);
+    const auto s = static_cast<std::size_t>(order.place(static_cast<Index>(i)) / slice);
     slots.push_back(static_cast<double>(slice_offset[s + 1] - slice_offset[s]));
   }
   return slots;

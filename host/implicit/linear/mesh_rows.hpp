@@ -14,6 +14,7 @@ namespace weft {
 struct MeshRows {
   std::vector<Index> triangles;  ///< numbers in Model, ascending
   std::vector<Index> hinges;
+  std::vector<Index> order;          ///< see RowOrder
   std::vector<Offset> slice_offset;  ///< see BlockEll
   std::vector<Index> column;
   std::vector<Offset> block_source_offset;  ///< see AssembleRows
@@ -26,8 +27,8 @@ struct MeshRows {
 MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank);
 
 /// Slots of the slice of each row of a matrix, see BlockEll. [rows]
-std::vector<double> slots_of_rows(const std::vector<Offset>& slice_offset, Index slice,
-                                  std::size_t rows);
+std::vector<double> slots_of_rows(const std::vector<Offset>& slice_offset, const RowOrder& order,
+                                  Index slice, std::size_t rows);
 
 /// The rows of the plate matrix that one rank owns, see AssemblePlate.
 struct PlateRows {

@@ -49,13 +49,26 @@ void PlateOperator<T>::assemble(Queue& queue, const RankRows& own, MeshMatrix<T>
                                 Span<const Vec3<T>> positions, Span<const Vec3<T>> rates, T h,
                                 Span<Vec3<T>> rhs) {
   if (in_pattern_offset.size() == 0) return;
-  launch(queue, AssemblePlate<T>{own.begin, own.count, own.slice, in_pattern_offset.span(),
-                                 in_pattern_place.span(), in_pattern_column.span(),
-                                 in_pattern_stiffness.span(), in_pattern_damping.span(),
-                                 off_pattern_slice_offset.span(), off_pattern_column.span(),
-                                 off_pattern_stiffness.span(), off_pattern_damping.span(),
-                                 positions, rates, h, mesh.value.span(), mesh.diagonal.span(),
-                                 off_pattern_value.span(), rhs});
+  launch(queue, AssemblePlate<T>{own.begin,
+                                 own.count,
+                                 own.slice,
+                                 in_pattern_offset.span(),
+                                 in_pattern_place.span(),
+                                 in_pattern_column.span(),
+                                 in_pattern_stiffness.span(),
+                                 in_pattern_damping.span(),
+                                 off_pattern_slice_offset.span(),
+                                 off_pattern_column.span(),
+                                 off_pattern_stiffness.span(),
+                                 off_pattern_damping.span(),
+                                 positions,
+                                 rates,
+                                 h,
+                                 mesh.value.span(),
+                                 mesh.diagonal.span(),
+                                 off_pattern_value.span(),
+                                 rhs,
+                                 {mesh.order.span()}});
   if (shape_corners.size() == 0) return;
   launch(queue,
          AssembleRestShapeForces<T>{shape_corners.span(), shape_inv_rest.span(),

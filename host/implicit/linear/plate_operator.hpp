@@ -32,10 +32,15 @@ struct PlateOperator {
                 Span<const Vec3<T>> positions, Span<const Vec3<T>> rates, T h, Span<Vec3<T>> rhs);
 
   /// Entries between other vertices than those of the mesh's matrix.
-  ScalarEll<T> view(const RankRows& own) const {
+  /// @param order of the mesh's matrix
+  ScalarEll<T> view(const RankRows& own, const RowOrder& order) const {
     if (off_pattern_column.size() == 0) return {};
-    return {own.count, own.slice, off_pattern_slice_offset.span(), off_pattern_column.span(),
-            off_pattern_value.span()};
+    return {own.count,
+            own.slice,
+            off_pattern_slice_offset.span(),
+            off_pattern_column.span(),
+            off_pattern_value.span(),
+            order};
   }
 
  private:

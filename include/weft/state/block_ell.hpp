@@ -3,6 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
+#include "weft/state/row_order.hpp"
 
 namespace weft {
 
@@ -13,8 +14,8 @@ constexpr Index cuda_slice = 32;
 
 /// Rows of a sparse matrix of 3x3 blocks in sliced ELLPACK form (block-ELL of P-Cloth section
 /// 3.2.2, cut into slices of `slice` rows that are padded to their own longest row only).
-/// Local row r stands in slice r / slice, lane r % slice. Slice s owns the slots
-/// slice_offset[s] to slice_offset[s + 1]; entry (slot, lane) has
+/// The row at place p (see RowOrder) stands in slice p / slice, lane p % slice. Slice s owns the
+/// slots slice_offset[s] to slice_offset[s + 1]; entry (slot, lane) has
 ///   column[slot * slice + lane]                   a global vertex, ascending along a row
 ///   value[(slot * 9 + 3 * i + j) * slice + lane]  component (i, j) of its block
 /// Padding has zero values and repeats the row's own column, so that a product needs no branch.
@@ -28,6 +29,7 @@ struct BlockEll {
   Span<const Index> column;
   Span<const T> value;
   Span<const Mat3<T>> diagonal{};  ///< [row_count] empty: in slots, as any other block
+  RowOrder order{};
 };
 
 /// As BlockEll, to be written.
@@ -39,6 +41,7 @@ struct BlockEllOut {
   Span<Index> column;
   Span<T> value;
   Span<Mat3<T>> diagonal{};
+  RowOrder order{};
 };
 
 /// As BlockEll with multiples of the identity for blocks: value[slot * slice + lane].
@@ -49,6 +52,7 @@ struct ScalarEll {
   Span<const Offset> slice_offset;
   Span<const Index> column;
   Span<const T> value;
+  RowOrder order{};  ///< as that of the mesh's matrix; its numbers of entries are not those here
 };
 
 }  // namespace weft

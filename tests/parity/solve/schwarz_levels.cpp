@@ -39,7 +39,7 @@ struct LevelsCase {
     for (const auto& [begin, count] : parts_of(rows, parts, step)) {
       const Index first = row_begin + begin, last = first + count;
       const MeshMatrixRows<T> mesh(device, system.mesh, first, last, slice);
-      const SlicedRows<T> far(device, system.far, first, last, slice);
+      const SlicedRows<T> far(device, system.far, first, last, slice, mesh.order);
       const ContactOperatorRows<T> contact(device, system.links, first, last);
       const auto of_part = [begin](auto level, const Buffer<T>& inverse) {
         if (level.aggregates > 0)

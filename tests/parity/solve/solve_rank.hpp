@@ -40,7 +40,7 @@ class SolveRank {
         device_(&device),
         mesh_(device, system.mesh, begin, end, slice(device)),
         contact_(device, system.links, begin, end),
-        far_(device, system.far, begin, end, slice(device)),
+        far_(device, system.far, begin, end, slice(device), mesh_.order),
         fixed_(upload(device, system.fixed)),
         row_begin_(upload(device, row_begin)),
         mesh_ghost_(upload(device, ghosts(system))) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 
 #include "tests/parity/support.hpp"
 #include "weft/kernels/solve/pcg.hpp"
@@ -97,6 +98,28 @@ struct SheetSystem {
   }
 };
 
+/// The order of rows [begin, end) by their number of entries, where slices are those of CUDA.
+template <class Entry>
+std::vector<Index> order_of(const Rows<Entry>& rows, Index begin, Index end, Index slice) {
+  std::vector<Index> packed;
+  if (slice != cuda_slice) return packed;
+  for (Index first = begin; first < end; first += RowOrder::window) {
+    const Index count = std::min(RowOrder::window, end - first);
+    std::vector<Index> row(static_cast<std::size_t>(count)), place(row);
+    std::iota(row.begin(), row.end(), 0);
+    const auto entries = [&](Index n) {
+      return static_cast<Index>(rows[static_cast<std::size_t>(first + n)].size());
+    };
+    std::stable_sort(row.begin(), row.end(),
+                     [&](Index a, Index b) { return entries(a) > entries(b); });
+    for (Index p = 0; p < count; ++p)
+      place[static_cast<std::size_t>(row[static_cast<std::size_t>(p)])] = p;
+    for (std::size_t p = 0; p < row.size(); ++p)
+      packed.push_back(RowOrder::pack(row[p], place[p], entries(row[p])));
+  }
+  return packed;
+}
+
 /// Rows [begin, end) of a matrix on a device, as BlockEll or ScalarEll has them.
 template <class T>
 struct SlicedRows {
@@ -104,11 +127,15 @@ struct SlicedRows {
   Buffer<Offset> slice_offset;
   Buffer<Index> column;
   Buffer<T> value;
+  Buffer<Index> order;
 
   SlicedRows() = default;
+  /// @param packed see order_of()
   template <class Entry>
-  SlicedRows(Device& device, const Rows<Entry>& rows, Index begin, Index end, Index height)
-      : row_count(end - begin), slice(height) {
+  SlicedRows(Device& device, const Rows<Entry>& rows, Index begin, Index end, Index height,
+             const std::vector<Index>& packed)
+      : row_count(end - begin), slice(height), order(upload(device, packed)) {
+    const RowOrder places{packed};
     constexpr bool scalar = std::is_arithmetic_v<Entry>;
     constexpr std::size_t components = scalar ? 1 : 9;
     std::vector<Offset> offset{0};
@@ -116,14 +143,16 @@ struct SlicedRows {
     std::vector<T> values;
     for (Index first = begin; first < end; first += slice) {
       std::size_t slots = 0;
-      for (Index row = first; row < std::min(end, first + slice); ++row)
-        slots = std::max(slots, rows[static_cast<std::size_t>(row)].size());
+      for (Index place = first; place < std::min(end, first + slice); ++place)
+        slots = std::max(slots,
+                         rows[static_cast<std::size_t>(begin + places.row(place - begin))].size());
       const std::size_t base = columns.size();
       const auto width = static_cast<std::size_t>(slice);
       columns.resize(base + slots * width);
       values.resize(components * columns.size(), T(0));
       for (std::size_t lane = 0; lane < width; ++lane) {
-        const Index row = std::min(first + static_cast<Index>(lane), end - 1);
+        const Index last = std::min(first + static_cast<Index>(lane), end - 1);
+        const Index row = begin + places.row(last - begin);
         const bool exists = first + static_cast<Index>(lane) < end;
         auto entry = rows[static_cast<std::size_t>(row)].begin();
         for (std::size_t slot = 0; slot < slots; ++slot) {
@@ -146,16 +175,17 @@ struct SlicedRows {
   }
 
   BlockEll<T> blocks() const {
-    return {row_count, slice, slice_offset.span(), column.span(), value.span()};
+    return {row_count, slice, slice_offset.span(), column.span(), value.span(), {}, {order.span()}};
   }
   ScalarEll<T> scalars() const {
-    return {row_count, slice, slice_offset.span(), column.span(), value.span()};
+    return {row_count, slice, slice_offset.span(), column.span(), value.span(), {order.span()}};
   }
 };
 
 /// Rows [begin, end) of the mesh's matrix on a device: the blocks on the diagonal stand apart.
 template <class T>
 struct MeshMatrixRows {
+  std::vector<Index> order;
   SlicedRows<T> others;
   Buffer<Mat3<T>> diagonal;
 
@@ -167,7 +197,8 @@ struct MeshMatrixRows {
       for (int k = 0; k < 9; ++k) own.back().e[k] = static_cast<T>(row[v].e[k]);
       row.erase(v);
     }
-    others = {device, rows, begin, end, height};
+    order = order_of(rows, begin, end, height);
+    others = {device, rows, begin, end, height, order};
     diagonal = upload(device, own);
   }
 

@@ -5,6 +5,7 @@
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/exec/element_wise.hpp"
+#include "weft/state/row_order.hpp"
 
 namespace weft {
 
@@ -38,6 +39,7 @@ struct AssemblePlate {
   Span<Mat3<T>> diagonal;          ///< [rows] [kg] as in BlockEll
   Span<T> off_pattern_value;       ///< [kg] as in ScalarEll
   Span<Vec3<T>> rhs;               ///< [rows] [N s]
+  RowOrder order{};                ///< of both matrices
 
   /// Force that one entry of row `vertex` exerts.
   WEFT_HD Vec3<T> plate_force(std::size_t vertex, Index column, T stiffness,
@@ -65,8 +67,9 @@ struct AssemblePlate {
         mesh_value[static_cast<std::size_t>(in_pattern_place[e] + 4 * c * slice)] += value;
       sum += value;
     }
-    const auto own_slice = static_cast<std::size_t>(i / slice);
-    const Index lane = i % slice;
+    const Index place = order.place(i);
+    const auto own_slice = static_cast<std::size_t>(place / slice);
+    const Index lane = place % slice;
     for (Offset slot = off_pattern_slice_offset[own_slice];
          slot < off_pattern_slice_offset[own_slice + 1]; ++slot) {
       const auto e = static_cast<std::size_t>(slot * slice + lane);

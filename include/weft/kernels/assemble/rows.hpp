@@ -118,8 +118,9 @@ struct AssembleRows {
     }
 
     const Index width = matrix.slice;
-    const Index slice = i / width;
-    const Index lane = i % width;
+    const Index place = matrix.order.place(i);
+    const Index slice = place / width;
+    const Index lane = place % width;
     for (Offset slot = matrix.slice_offset[static_cast<std::size_t>(slice)];
          slot < matrix.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
       const auto entry = static_cast<std::size_t>(slot * width + lane);

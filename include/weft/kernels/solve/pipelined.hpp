@@ -91,10 +91,11 @@ WEFT_HD int arrival_of(const SolvePipelined<T>& a, Index column) noexcept {
 template <class T, class Matrix>
 WEFT_HD int last_arrival(const SolvePipelined<T>& a, const Matrix& m, Index row) noexcept {
   if (m.row_count == 0) return 0;
-  const Offset* offset = m.slice_offset.data() + row / m.slice;
+  const Index place = m.order.place(row);
+  const Offset* offset = m.slice_offset.data() + place / m.slice;
   int last = 0;
   for (Offset slot = offset[0]; slot < offset[1]; ++slot) {
-    const int stage = arrival_of(a, m.column.data()[slot * m.slice + row % m.slice]);
+    const int stage = arrival_of(a, m.column.data()[slot * m.slice + place % m.slice]);
     last = stage > last ? stage : last;
   }
   return last;

@@ -9,7 +9,7 @@ namespace {
 
 using namespace cuda;
 
-static_assert(pipelined_group_rows == 32, "a warp multiplies a group");
+static_assert(pipelined_group_rows % 32 == 0, "warps multiply a group");
 constexpr int lane_rows = 2;
 constexpr int threads = block_threads<Kind::aggregates, lane_rows>;
 template <class T>
@@ -42,11 +42,15 @@ class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T
     for (Index tile = Base::block_; tile < Base::tiles_; tile += Base::blocks_) {
       const WarpRows at = Base::rows_of(tile);
       for (int j = 0; j < lane_rows; ++j) {
-        const Index row = at.first + 32 * j + at.lane;
-        const int own = row < Base::rows_ ? last_arrival(args_, args_.part.mesh.order.row(row)) : 0;
+        const Index first = at.first + 32 * j;
+        if (first % pipelined_group_rows != 0 || first >= Base::rows_) continue;
+        int own = 0;
+        for (Index row = first + at.lane; row < min(Base::rows_, first + pipelined_group_rows);
+             row += 32)
+          own = max(own, last_arrival(args_, row));
         const int last = __reduce_max_sync(whole_warp, own);
-        if (at.lane == 0 && row < Base::rows_)
-          args_.group_stage.data()[row / pipelined_group_rows] = static_cast<unsigned char>(last);
+        if (at.lane == 0)
+          args_.group_stage.data()[first / pipelined_group_rows] = static_cast<unsigned char>(last);
       }
     }
   }

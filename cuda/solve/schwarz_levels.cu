@@ -167,7 +167,11 @@ class BlockSums {
   __device__ void add_entries(const Matrix& m, bool adds) {
     const Offset* offset = m.slice_offset.data();
     Offset longest = 0;
-    for (Index slice = first_ / m.slice; slice <= (first_ + rows_ - 1) / m.slice; ++slice)
+    // Rows may stand anywhere in their windows.
+    constexpr Index window = RowOrder::window;
+    const Index begin_place = first_ / window * window;
+    const Index end_place = min(m.row_count, (first_ + rows_ + window - 1) / window * window);
+    for (Index slice = begin_place / m.slice; slice <= (end_place - 1) / m.slice; ++slice)
       longest = max(longest, offset[slice + 1] - offset[slice]);
     for (Offset begin = 0; begin < longest; begin += slots_at_once) {
 #pragma unroll

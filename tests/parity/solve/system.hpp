@@ -98,11 +98,11 @@ struct SheetSystem {
   }
 };
 
-/// The order of rows [begin, end) by their number of entries, where slices are those of CUDA.
+/// The order of rows [begin, end) by their number of entries, where the device is a GPU.
 template <class Entry>
-std::vector<Index> order_of(const Rows<Entry>& rows, Index begin, Index end, Index slice) {
+std::vector<Index> order_of(const Device& device, const Rows<Entry>& rows, Index begin, Index end) {
   std::vector<Index> packed;
-  if (slice != cuda_slice) return packed;
+  if (device.backend() != Backend::cuda) return packed;
   for (Index first = begin; first < end; first += RowOrder::window) {
     const Index count = std::min(RowOrder::window, end - first);
     std::vector<Index> row(static_cast<std::size_t>(count)), place(row);
@@ -197,7 +197,7 @@ struct MeshMatrixRows {
       for (int k = 0; k < 9; ++k) own.back().e[k] = static_cast<T>(row[v].e[k]);
       row.erase(v);
     }
-    order = order_of(rows, begin, end, height);
+    order = order_of(device, rows, begin, end);
     others = {device, rows, begin, end, height, order};
     diagonal = upload(device, own);
   }

@@ -12,7 +12,8 @@
 namespace weft {
 
 /// Rows that are multiplied together, once the last of their columns has arrived.
-constexpr Index pipelined_group_rows = 32;
+constexpr Index pipelined_group_rows = 64;
+static_assert(pipelined_group_rows % RowOrder::window == 0);
 WEFT_HD constexpr Index pipelined_groups(Index rows) noexcept {
   return (rows + pipelined_group_rows - 1) / pipelined_group_rows;
 }

@@ -122,7 +122,7 @@ TYPED_TEST(SolvePipelinedTest, NotANumberEndsTheSolveOnBoth) {
   EXPECT_EQ(solve<TypeParam>(*cuda, this->system_, options).status.finite, 0);
 }
 
-/// Stage of every group of 32 rows, by the plain definition and by both twins.
+/// Stage of every group of rows, by the plain definition and by both twins.
 std::vector<unsigned char> stages_of(DeviceSet& devices, int rank, const SheetSystem& system,
                                      const std::vector<Index>& row_begin,
                                      const std::vector<unsigned char>& arrival) {
@@ -151,8 +151,8 @@ std::vector<unsigned char> stages_of(DeviceSet& devices, int rank, const SheetSy
 }
 
 TEST(SolvePipelinedStages, AGroupWaitsForTheLastOfItsColumnsOnBoth) {
-  const SheetSystem system(61, 43, 17);
-  const std::vector<Index> row_begin{0, 640, 640, 1920, system.count};
+  const SheetSystem system(61, 120, 17);
+  const std::vector<Index> row_begin{0, 640, 640, 5760, system.count};
   const std::vector<unsigned char> arrival{2, 3, 0, 1};
   std::vector<unsigned char> expected;
   for (Index first = row_begin[2]; first < row_begin[3]; first += pipelined_group_rows) {

@@ -129,11 +129,11 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
 /// ResidentTile: all of them, if the GPU has a block for each tile.
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
-/// matrix, padding included and the diagonal not: 40 b + 8 f for the matrix, 4 for the mass, 12 for
-/// w; 36 for the inverse of block Jacobi, 78 + 9 for those of the aggregates; 72 to read and 60 to
-/// write p, s, r, x and u, 24 to read r and u for the products, 2 for marks: 40 b + 8 f + 210, with
-/// aggregates 297, of which 108 stay on the processor for resident rows; for a link of contacts 96
-/// and for each of its ends 8. Vectors may come from the cache.
+/// matrix, the diagonal not included: 40 b + 8 f for the matrix, 4 for the order of rows, 4 for the
+/// mass, 12 for w; 36 for the inverse of block Jacobi, 78 + 9 for those of the aggregates; 72 to
+/// read and 60 to write p, s, r, x and u, 24 to read r and u for the products, 2 for marks: 40 b +
+/// 8 f + 214, with aggregates 301, of which 108 stay on the processor for resident rows; for a link
+/// of contacts 96 and for each of its ends 8. Vectors may come from the cache.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
 ///                   other ranks, and send_partial(n, sum), number n of all partial sums.

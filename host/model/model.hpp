@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "host/model/attachment.hpp"
+#include "host/geometry/attachment.hpp"
 #include "host/model/plate.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"

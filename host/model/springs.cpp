@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
+#include "host/geometry/similarity.hpp"
 #include "host/scene/origin.hpp"
 #include "host/scene/seams/sewing.hpp"
 #include "weft/core/at.hpp"
@@ -38,8 +40,20 @@ std::vector<Vec3<double>> places_of(const Handle& handle, const Mesh& mesh) {
   return places;
 }
 
+/// How the surface that carries a handle has moved since time 0.
+/// @param placed obstacles at `time`; filled if it is empty
+Similarity motion_of(const Handle::Carrier& carrier, const Scene& scene, const Model& model,
+                     double time, std::vector<Vec3<double>>& placed) {
+  if (placed.empty()) place_obstacles(scene, model, time, placed);
+  std::vector<Vec3<double>> end;
+  for (const Index v : carrier.vertices)
+    end.push_back(placed[at(model.obstacle_offset[at(carrier.obstacle)] + v)]);
+  return fitted_similarity(carrier.start, end);
+}
+
+/// @param placed see motion_of()
 void add_handle(const Scene& scene, const Model& model, const Handle& handle, double time,
-                std::vector<Spring<double>>& springs) {
+                std::vector<Vec3<double>>& placed, std::vector<Spring<double>>& springs) {
   const double stiffness = handle.stiffness * handle_strength(handle, time);
   if (!(stiffness > 0)) return;
   const Index first = model.input_offset[at(handle.cloth)];
@@ -54,13 +68,25 @@ void add_handle(const Scene& scene, const Model& model, const Handle& handle, do
   const auto places = places_of(handle, scene.cloths[at(handle.cloth)].mesh);
   const double size = length(handle.along);
   const Vec3<double> along = size > 0 ? handle.along * (1 / size) : Vec3<double>{0, 0, 0};
+  std::optional<Similarity> carried;
+  Vec3<double> turned{0, 0, 0};
+  if (handle.carrier.obstacle >= 0) {
+    carried = motion_of(handle.carrier, scene, model, time, placed);
+    turned = ((*carried)(along) - (*carried)({0, 0, 0})) * (1 / carried->scale);
+  }
   for (std::size_t k = 0; k < places.size(); ++k) {
     if (internal(handle.vertices[k]) < 0) continue;  // of a part of a model: not in it
-    const Vec3<double> place =
-        handle.motion.empty()
-            ? places[k]
-            : apply_in_world(transform_at(handle.motion, time), places[k], origin_of(scene));
-    springs.push_back({{internal(handle.vertices[k]), -1}, place, stiffness, 0, along});
+    Vec3<double> place = handle.motion.empty() ? places[k]
+                                               : apply_in_world(transform_at(handle.motion, time),
+                                                                places[k], origin_of(scene));
+    if (!carried) {
+      springs.push_back({{internal(handle.vertices[k]), -1}, place, stiffness, 0, along});
+      continue;
+    }
+    // Only its place along the direction counts, which is to turn about the vertex.
+    if (size > 0) place = places[k] + along * dot(along, place - places[k]);
+    springs.push_back(
+        {{internal(handle.vertices[k]), -1}, (*carried)(place), stiffness, 0, turned});
   }
 }
 
@@ -111,7 +137,9 @@ double seam_strength(const Seam& seam, double time) {
 std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, double time,
                                        double step) {
   std::vector<Spring<double>> springs;
-  for (const Handle& handle : scene.handles) add_handle(scene, model, handle, time, springs);
+  std::vector<Vec3<double>> placed;
+  for (const Handle& handle : scene.handles)
+    add_handle(scene, model, handle, time, placed, springs);
   const double* full = model.seam_stiffness.data();
   for (const Seam& seam : scene.seams) {
     add_seam(scene, model, seam, full, time, step, springs);

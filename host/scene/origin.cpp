@@ -38,7 +38,10 @@ void move_origin(Scene& scene, const Vec3<double>& origin) {
     if (obstacle.driven) obstacle.driven->origin += offset;
   }
   for (GarmentStart& start : scene.garment_starts) move_origin(start.apart, before, origin);
-  for (Handle& handle : scene.handles) handle.center += offset;
+  for (Handle& handle : scene.handles) {
+    handle.center += offset;
+    move_origin(handle.carrier.start, before, origin);
+  }
   for (CameraKey& key : scene.camera.keys) {
     key.position += offset;
     key.look_at += offset;

@@ -176,6 +176,29 @@ void validate_obstacle(const Scene& scene, std::size_t i) {
   check_size(placed, origin);
 }
 
+void validate_carrier(const Scene& scene, const Handle& handle, const Checker& check) {
+  const Handle::Carrier& carrier = handle.carrier;
+  if (carrier.obstacle == -1) return;
+  const std::size_t obstacles = scene.obstacles.size();
+  if (carrier.obstacle < 0 || static_cast<std::size_t>(carrier.obstacle) >= obstacles)
+    check.refuse("carrier.obstacle", std::to_string(carrier.obstacle),
+                 "the number of one of the " + std::to_string(obstacles) +
+                     " obstacles, counted from 0, or -1 for none");
+  if (handle.shape == Handle::Shape::glue)
+    check.refuse("carrier", "beside glue", "an obstacle only for springs to places");
+  const std::size_t count =
+      scene.obstacles[static_cast<std::size_t>(carrier.obstacle)].mesh.positions.size();
+  for (const Index v : carrier.vertices)
+    if (v < 0 || static_cast<std::size_t>(v) >= count)
+      check.refuse("carrier.vertices", std::to_string(v),
+                   "0 to " + std::to_string(count - 1) + ", the vertices of the obstacle");
+  if (carrier.vertices.size() < 3 || carrier.start.size() != carrier.vertices.size())
+    check.refuse("carrier",
+                 counted(carrier.vertices.size(), "vertex") + " and " +
+                     counted(carrier.start.size(), "place"),
+                 "three vertices or more, with a place each");
+}
+
 void validate_handle(const Scene& scene, std::size_t i) {
   const Handle& handle = scene.handles[i];
   const std::string field = numbered("handles", i);
@@ -212,6 +235,7 @@ void validate_handle(const Scene& scene, std::size_t i) {
     if (handle.shape == Handle::Shape::glue)
       check.refuse("along", "beside glue", "a direction only for springs to places");
   }
+  validate_carrier(scene, handle, check);
   if (handle.shape != Handle::Shape::circle) return;
   check.within("circle.circumference", handle.circumference, quantity::length);
   check.within("circle.center", handle.center, quantity::coordinate);

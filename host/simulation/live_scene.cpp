@@ -18,6 +18,7 @@
 #include "host/simulation/seam_states.hpp"
 #include "host/simulation/sew.hpp"
 #include "host/simulation/state_energy.hpp"
+#include "host/simulation/weld_open_pairs.hpp"
 #include "host/state/energy.hpp"
 #include "host/state/transfer.hpp"
 #include "host/untangle/untangle_scene.hpp"
@@ -251,6 +252,10 @@ double LiveScene::sew(bool frame_ends, StepReport& report) {
   double changed = 0;
   if (!sewing_.welded.empty() && !sewing_.complete())
     changed = visit_current([&](auto& current) { return sew(current, frame_ends, report); });
+  if (weightless_ && !sewing_.complete() && time() >= end_of_pull())
+    changed += visit_current([this](auto& current) {
+      return weld(current, weld_open_pairs(current->store, sewing_, [this] { go_on(); }));
+    });
   update_closing_times(frame_ends);
   return changed + let_fall();
 }
@@ -266,11 +271,16 @@ double LiveScene::weld_share_at_frame_end() {
 
 template <class T>
 double LiveScene::sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report) {
-  Store<T>& store = current->store;
   if (frame_ends) sewing_.refused.clear();
-  Welding<T> welding =
-      weld_close_pairs(store, *current->implicit, sewing_,
-                       frame_ends ? weld_share_at_frame_end() : weld_share, report);
+  return weld(current,
+              weld_close_pairs(current->store, *current->implicit, sewing_,
+                               frame_ends ? weld_share_at_frame_end() : weld_share, report));
+}
+
+/// @return [J] change of the cloth's energy
+template <class T>
+double LiveScene::weld(std::unique_ptr<Run<T>>& current, Welding<T> welding) {
+  Store<T>& store = current->store;
   sewing_.refused = std::move(welding.refused);
   if (!welding.state) return 0;
   const double before = total(energy_of(store));

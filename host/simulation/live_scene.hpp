@@ -12,6 +12,7 @@
 #include "host/simulation/remeshing.hpp"
 #include "host/simulation/rest_count.hpp"
 #include "host/simulation/run.hpp"
+#include "host/simulation/sew.hpp"
 #include "host/state/checkpoint.hpp"
 #include "weft/devices.hpp"
 #include "weft/report.hpp"
@@ -100,6 +101,8 @@ class LiveScene {
   void restart_rest();
   template <class T>
   double sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report);
+  template <class T>
+  double weld(std::unique_ptr<Run<T>>& current, Welding<T> welding);
   void update_closing_times(bool frame_ends);
   std::vector<std::vector<std::array<Index, 2>>> refine_if_sewn();
   void sew_as(const Sewing& to, const Vec3<double>& origin);

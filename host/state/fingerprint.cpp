@@ -230,6 +230,11 @@ class Parts {
     if (length(h.along) > 0) add(name + "along", h.along);
     add(name + "stiffness", h.stiffness);
     add(name + "times", std::vector<double>{h.start_time, h.end_time, h.fade_time});
+    if (h.carrier.obstacle >= 0) {
+      add(name + "carrier.obstacle", h.carrier.obstacle);
+      add(name + "carrier.vertices", h.carrier.vertices);
+      add(name + "carrier.start", h.carrier.start);
+    }
     if (h.shape != Handle::Shape::circle) return;
     add(name + "circle.circumference", h.circumference);
     add(name + "circle.direction", h.direction);

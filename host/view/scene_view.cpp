@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "host/geometry/attachment.hpp"
 #include "host/geometry/box_forest.hpp"
-#include "host/model/attachment.hpp"
 #include "host/scene/camera.hpp"
 #include "host/scene/seams/sewing.hpp"
 #include "host/view/compensation.hpp"

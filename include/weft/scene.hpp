@@ -284,6 +284,14 @@ struct Handle {
   Vec3<double> center{0, 0, 0};  ///< [m] circle
   /// circle: towards angles 0 and 90 degrees; its radius is circumference / 2 pi times their length
   Vec3<double> axis0{1, 0, 0}, axis1{0, 1, 0};
+  /// Part of an obstacle's surface that carries the places and `along`: by the similarity that is
+  /// nearest to the motion of these vertices.
+  struct Carrier {
+    Index obstacle = -1;              ///< into Scene::obstacles; -1: none
+    std::vector<Index> vertices;      ///< numbers within its mesh, at least three
+    std::vector<Vec3<double>> start;  ///< [vertices] [m] where they are at time 0
+  };
+  Carrier carrier{};  ///< not of glue
 };
 
 /// Two chains of vertices that are sewn together pair by pair (P-Cloth section 5.1). Zero-length

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
+#include "host/geometry/attachment.hpp"
 #include "host/input/nearest_word.hpp"
 #include "host/input/quantity.hpp"
 #include "host/io/pattern/arm_clearance.hpp"
@@ -13,6 +15,7 @@
 #include "host/io/pattern/start_shape.hpp"
 #include "host/io/scene/file_axes.hpp"
 #include "host/scene/seams/sewing.hpp"
+#include "host/scene/surfaces.hpp"
 #include "host/scene/tangled_start.hpp"
 #include "host/untangle/untangle_scene.hpp"
 #include "weft/core/at.hpp"
@@ -308,13 +311,63 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
   }
 }
 
+namespace {
+
+/// [m] Where the vertices of a handle are drawn to, on the whole.
+std::vector<Vec3<double>> held_places(const Handle& handle, double place,
+                                      const std::vector<Vec3<double>>& positions) {
+  std::vector<Vec3<double>> places;
+  for (const Index v : handle.vertices) {
+    const Vec3<double>& x = positions[at(v)];
+    places.push_back(x + handle.along * (place - dot(handle.along, x)));
+  }
+  return places;
+}
+
+/// The part of the nearest obstacle that is nearest to some places; none if it never moves.
+Handle::Carrier carrier_of(const std::vector<Vec3<double>>& places, const Scene& scene) {
+  const auto moves = [](const Obstacle& o) {
+    return (o.live || o.deformation || !o.motion.empty()) && !o.driven;
+  };
+  Handle::Carrier carrier;
+  if (std::none_of(scene.obstacles.begin(), scene.obstacles.end(), moves)) return carrier;
+  const Surfaces all = surfaces_at_start(scene, {});
+  double least = std::numeric_limits<double>::infinity();
+  std::vector<Index> corners;
+  for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+    const std::size_t mesh = scene.cloths.size() + o;
+    const std::vector<Tri> surface(all.triangles.begin() + all.first_triangle[mesh],
+                                   all.triangles.begin() + all.first_triangle[mesh + 1]);
+    double distance = 0;
+    std::vector<Index> found;
+    for (const weft::Attachment& nearest : attach(places, surface, all.points)) {
+      distance += length(nearest.offset);
+      for (const Index v : nearest.corners.v) found.push_back(v - all.first_point[mesh]);
+    }
+    if (!(distance < least)) continue;
+    least = distance;
+    carrier.obstacle = static_cast<Index>(o);
+    corners = std::move(found);
+  }
+  if (!moves(scene.obstacles[at(carrier.obstacle)])) return {};
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  const Index first = all.first_point[scene.cloths.size() + at(carrier.obstacle)];
+  for (const Index v : corners) carrier.start.push_back(all.points[at(first + v)]);
+  carrier.vertices = std::move(corners);
+  return carrier;
+}
+
+}  // namespace
+
 void attach_garments(const std::vector<GarmentCloth>& garments, Scene& scene) {
   for (const GarmentCloth& entry : garments)
     for (const Attachment& attachment : entry.attachments) {
       Handle handle = attachment.handle;
+      const std::vector<Vec3<double>>& positions = scene.cloths[at(entry.cloth)].mesh.positions;
+      const double place = attachment.place.value_or(mean_place(attachment, positions));
+      handle.carrier = carrier_of(held_places(handle, place, positions), scene);
       if (length(handle.along) > 0) {
-        const double place = attachment.place.value_or(
-            mean_place(attachment, scene.cloths[at(entry.cloth)].mesh.positions));
         // Shrunk to a point, which stands for a plane: springs see nothing of it but its height.
         handle.motion = {{0, {}}, {time_to_place, {}}};
         handle.motion[1].transform.scale = quantity::scale.least;

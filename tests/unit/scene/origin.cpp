@@ -36,6 +36,7 @@ TEST(Origin, MovesEveryPlaceOfAScene) {
   scene.obstacles[0].driven = DrivenBody{};
   scene.obstacles[0].motion = {{0, {}}, {1, {}}};
   scene.handles.resize(1);
+  scene.handles[0].carrier.start = {zero};
   scene.camera.keys.resize(2);
   const Scene before = scene;
   move_origin(scene, far);
@@ -48,6 +49,7 @@ TEST(Origin, MovesEveryPlaceOfAScene) {
   EXPECT_EQ(scene.obstacles[0].motion[1].transform.translate, zero - far);
   EXPECT_EQ(scene.obstacles[0].driven->origin, zero - far);
   EXPECT_EQ(scene.handles[0].center, zero - far);
+  EXPECT_EQ(scene.handles[0].carrier.start[0], zero - far);
   EXPECT_EQ(scene.camera.keys[1].position, zero - far);
   EXPECT_EQ(scene.camera.keys[1].look_at, zero - far);
   move_origin(scene, zero);

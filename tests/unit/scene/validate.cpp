@@ -29,6 +29,15 @@ Scene small_scene() {
   return scene;
 }
 
+/// A handle that the ball carries.
+Handle& carried(Scene& scene) {
+  Handle& handle = scene.handles.emplace_back();
+  handle.vertices = {3, 4};
+  const auto& ball = scene.obstacles[0].mesh.positions;
+  handle.carrier = {0, {0, 1, 2}, {ball[0], ball[1], ball[2]}};
+  return handle;
+}
+
 struct Case {
   std::function<void(Scene&)> spoil;
   const char* field;
@@ -179,12 +188,21 @@ const std::vector<Case>& cases() {
          s.pins[0].motion = {{0, {}}};
        },
        "pins[0].motion", "one key"},
+      {[](Scene& s) { carried(s).carrier.obstacle = 1; }, "handles[0].carrier.obstacle", "1"},
+      {[](Scene& s) { carried(s).carrier.vertices[2] = 42; }, "handles[0].carrier.vertices", "42"},
+      {[](Scene& s) { carried(s).carrier.start.pop_back(); }, "handles[0].carrier",
+       "3 vertices and 2 places"},
+      {[](Scene& s) { carried(s).shape = Handle::Shape::glue; }, "handles[0].carrier",
+       "beside glue"},
   };
   return all;
 }
 
 TEST(Validate, AcceptsAGoodScene) {
-  EXPECT_NO_THROW(validate(small_scene()));
+  Scene scene = small_scene();
+  EXPECT_NO_THROW(validate(scene));
+  carried(scene);
+  EXPECT_NO_THROW(validate(scene));
 }
 
 TEST(Validate, NamesFileFieldAndValue) {

@@ -130,6 +130,54 @@ TEST(GarmentStart, ClothDoesNotRestBeforeItsSeamsHaveHadTheirTime) {
   EXPECT_LT(s.time(), 4 * scene.seams[0].ramp_time + 0.3);
 }
 
+/// Panels held apart, whose seam has springs that are too weak to close it.
+Scene held_apart(double distance, Precision precision) {
+  Scene s = two_panels(SewnStart::springs);
+  s.precision = precision;
+  s.garment_starts[1].apart = moved(s.cloths[1].mesh.positions, distance);
+  s.pins.push_back({0, {0, 4, 8, 12}, {}});
+  s.pins.push_back({1, {3, 7, 11, 15}, {}});
+  s.seams[0].stiffness = 0.1;
+  s.seams[0].weld_distance = 0.002;
+  s.seams[0].ramp_time = 0.02;
+  return s;
+}
+
+TEST(GarmentStart, PairsThatSpringsLeaveOpenAreWeldedIfTheyAreNear) {
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    const Scene scene = held_apart(0.008, precision);
+    Simulation s(scene, host_devices(1));
+    step_until(s, 0.075);
+    EXPECT_TRUE(open(s));
+    EXPECT_GT(s.seams()[0].largest_gap, scene.seams[0].weld_distance);
+    const std::string before = s.state();
+    step_until(s, 0.085);
+    EXPECT_FALSE(open(s));
+    EXPECT_EQ(s.scene().gravity, scene.gravity);
+    step_until(s, 0.3);
+    Simulation again(scene, host_devices(2));
+    again.restore(before);
+    step_until(again, 0.3);
+    EXPECT_EQ(again.state_hash(), s.state_hash());
+  }
+}
+
+TEST(GarmentStart, PairsThatAreFarApartOrHeldOrCannotBePartedStayOpen) {
+  const Scene far = held_apart(0.02, Precision::double_precision);
+  Scene held = held_apart(0.008, Precision::double_precision), barred = held;
+  held.pins.push_back({0, {3, 7, 11, 15}, {}});
+  Obstacle bar;
+  bar.mesh = make_box({0.002, 0.4, 0.02}, {1, 8, 1});
+  bar.transform.translate = {0.154, 0, 0};
+  barred.obstacles.push_back(bar);
+  for (const Scene& scene : {far, held, barred}) {
+    Simulation s(scene, host_devices(1));
+    step_until(s, 0.1);
+    EXPECT_EQ(s.seams()[0].open, 4);
+    EXPECT_EQ(s.scene().gravity, scene.gravity);
+  }
+}
+
 TEST(GarmentStart, GoesOnFromACheckpoint) {
   const Scene scene = two_panels(SewnStart::springs);
   Simulation s(scene, host_devices(1));

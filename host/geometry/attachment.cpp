@@ -1,4 +1,4 @@
-#include "host/model/attachment.hpp"
+#include "host/geometry/attachment.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "host/model/attachment.hpp"
+#include "host/geometry/attachment.hpp"
 
 #include <gtest/gtest.h>
 

@@ -137,7 +137,7 @@ class KernelBytes {
   double cloth(const Span<V>& vector) const {
     return vector.empty() ? 0 : times<V>(cloth_);
   }
-  /// Entries of a matrix, padding included, which CUDA does not load of blocks.
+  /// Entries of a matrix, padding included.
   template <class Matrix>
   double entries(const Matrix& m) const {
     if (m.row_count == 0) return 0;
@@ -148,7 +148,7 @@ class KernelBytes {
   double matrix(const BlockEll<T>& m) const {
     if (m.row_count == 0) return 0;
     double loaded = entries(m);
-    if (!m.order.packed.empty()) {
+    if (!m.order.packed.empty()) {  // CUDA: without padding
       std::vector<Index> packed(m.order.packed.size());
       queue_->copy(packed.data(), m.order.packed.data(), packed.size() * sizeof(Index));
       queue_->sync();

@@ -74,7 +74,7 @@ struct BlockPlace {
 };
 
 /// w = mesh part of A vector in the rows at 32 own places from `first` on, zero in fixed ones. The
-/// whole warp calls it; its unit must come together before w is read.
+/// whole warp calls it; w may be read after sync_unit().
 /// @param begin, rows of the rank
 template <class T>
 __device__ __forceinline__ void multiply_rows_inline(const SolvePcgPart<T>& part, Index begin,
@@ -89,8 +89,8 @@ __device__ __forceinline__ void multiply_rows_inline(const SolvePcgPart<T>& part
   part.w.data()[row] = sum;
 }
 
-/// The same, never inlined: where there are aggregates, what the solve around it holds in registers
-/// would be spilled within its loops.
+/// The same, never inlined: with aggregates, the loops would spill registers of the solve around
+/// them.
 template <class T>
 __device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
                                            Index first, const Vec3<T>* vector) {

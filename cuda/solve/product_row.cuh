@@ -82,7 +82,7 @@ __device__ void add_block_row(const BlockEll<T>& m, Index place, const Vec3<T>* 
 }
 
 /// The row at a place of a matrix of multiples of the identity, times v - own.
-/// @param vertex of the row, which padding names
+/// @param vertex of the row; the column of padding
 template <int slice, class T>
 __device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index place, Index vertex, const Vec3<T>* v,
                               const Vec3<T>& own) {

@@ -167,7 +167,7 @@ class BlockSums {
   __device__ void add_entries(const Matrix& m, bool adds) {
     const Offset* offset = m.slice_offset.data();
     Offset longest = 0;
-    // Rows may stand anywhere in their windows.
+    // Rows may be anywhere in their windows of the order.
     constexpr Index window = RowOrder::window;
     const Index begin_place = first_ / window * window;
     const Index end_place = min(m.row_count, (first_ + rows_ + window - 1) / window * window);

@@ -372,7 +372,7 @@ double ExternalWork<T>::of_springs(const Springs& springs, const AcceptedMotion<
       work += energy_of(stiffer, x0) - energy_of(before[k], x0);
       if (s.v[1] >= 0) continue;
       if (!(s.along == before[k].along)) {
-        // It turns about the vertex, and then its end moves along it.
+        // The spring first turns about its vertex, then its end moves along it.
         const Vec3<double>& x = x0[at(s.v[0])];
         work += dot(force_of(s, x1), s.along) *
                 (dot(before[k].along, x - before[k].anchor) - dot(s.along, x - s.anchor));

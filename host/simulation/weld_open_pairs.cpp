@@ -12,7 +12,10 @@
 namespace weft {
 namespace {
 
-/// A scene that starts where another one's state is. Obstacles stand still there.
+/// [weld distances of the seam] Half the length of an edge where weft sews garments.
+constexpr double most_open_gap = 5;
+
+/// The scene as it is in a state, with obstacles that stand still.
 template <class T>
 Scene starting_at(const StateSnapshot<T>& state, const Scene& scene, const Model& model) {
   Scene start = scene;
@@ -69,11 +72,11 @@ Welding<T> weld_open_pairs(const Store<T>& store, const Sewing& sewing,
     for (std::size_t v = 0; v < apart.cloths[c].mesh.positions.size(); ++v) {
       const auto moved = at(model.to_internal[at(model.input_offset[c]) + v]);
       const Vec3<T> place = vec_cast<T>(apart.cloths[c].mesh.positions[v]);
-      // The way out of each other is no motion.
+      // Resolving intersections gives no velocity.
       state.previous_positions[moved] += place - state.positions[moved];
       state.positions[moved] = place;
     }
-  // Contacts may lie on the other side of a layer now.
+  // Contacts may be on the wrong side of a layer now.
   state.contacts.clear();
   state.face_contacts = 0;
   result.refused.clear();

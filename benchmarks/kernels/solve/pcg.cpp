@@ -10,11 +10,11 @@
 namespace weft::bench {
 namespace {
 
-/// Numbers of lanes beside each other that are loaded together: 32 bytes of single precision.
+/// Neighbouring lanes whose numbers are loaded together: 32 bytes in single precision.
 constexpr Index sector = 8;
 
-/// Entries of slots that are loaded: on hosts all, on CUDA those of sectors with a real one.
-/// @param column that of padding is its own row
+/// Entries that a product loads: on hosts all slots, on CUDA the sectors that are not all padding.
+/// @param column [slots * slice] padding has the row itself
 double loaded(const std::vector<Offset>& slice_offset, const std::vector<Index>& column,
               const MeshRows& mesh, const Partition& partition, Index rows) {
   if (mesh.order.empty()) return static_cast<double>(column.size());
@@ -46,15 +46,16 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
   const double number = sizeof(T);
   const auto rows = static_cast<double>(model.cloth_vertex_count);
   const Index all = model.cloth_vertex_count;
-  // All columns of the plate are looked at, to tell padding.
+  // Padding of the plate is recognised by its columns, so all of them are loaded.
   const double matrix =
       loaded(mesh.slice_offset, mesh.column, mesh, partition, all) * (9 * number + sizeof(Index)) +
       loaded(plate.off_pattern_slice_offset, plate.off_pattern_column, mesh, partition, all) *
           number +
       static_cast<double>(plate.off_pattern_column.size() * sizeof(Index));
-  double row = number                                                   // mass
-               + (mesh.order.empty() ? 0 : sizeof(Index)) + 3 * number  // w
-               + 9 * number                                             // block Jacobi
+  const double order = mesh.order.empty() ? 0 : sizeof(Index);
+  double row = order + number            // order, mass
+               + 3 * number              // w
+               + 9 * number              // block Jacobi
                + (18 + 15 + 6) * number  // p, s, r, x, u of the update and of the products
                + 2;                      // marks
   if (preconditioner == Preconditioner::multilevel)

@@ -42,8 +42,8 @@ class MeshRowsBuilder {
 
  private:
   struct Row {
-    Index vertex = 0;  ///< beyond the last: there is none
-    Index count = 0;   ///< of entries, each of which may have several sources
+    Index vertex = 0;  ///< may be beyond the last one
+    Index count = 0;   ///< of entries, which may have several sources each
     std::vector<Entry> sources;
   };
 
@@ -176,7 +176,7 @@ class MeshRowsBuilder {
   Index begin_;
   Index end_;
   Index slice_;
-  Index window_;  ///< rows that are sorted
+  Index window_;  ///< rows that are sorted together
   MeshRows out_;
 };
 

@@ -52,7 +52,7 @@ struct ScalarEll {
   Span<const Offset> slice_offset;
   Span<const Index> column;
   Span<const T> value;
-  RowOrder order{};  ///< as that of the mesh's matrix; its numbers of entries are not those here
+  RowOrder order{};  ///< of the mesh's matrix, which counts other entries
 };
 
 }  // namespace weft

@@ -98,7 +98,7 @@ struct SheetSystem {
   }
 };
 
-/// The order of rows [begin, end) by their number of entries, where the device is a GPU.
+/// Order of rows [begin, end) on a GPU: by their number of entries. Empty on hosts.
 template <class Entry>
 std::vector<Index> order_of(const Device& device, const Rows<Entry>& rows, Index begin, Index end) {
   std::vector<Index> packed;

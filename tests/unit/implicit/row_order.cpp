@@ -9,12 +9,12 @@
 #include "tests/support/small_scenes.hpp"
 #include "weft/state/block_ell.hpp"
 
-// Slices of CUDA against those of hosts, whose rows stand one after the other.
+// Compares slices for CUDA with slices for hosts, which are not sorted.
 
 namespace weft {
 namespace {
 
-/// A sheet that is not a whole number of windows.
+/// A sheet whose last window is not full.
 Scene sheet() {
   Scene scene;
   scene.materials = {test::cotton()};
@@ -23,7 +23,7 @@ Scene sheet() {
   return scene;
 }
 
-/// What stands in the slots of a row but for padding.
+/// Columns of a row, without padding.
 std::vector<Index> entries(const std::vector<Offset>& slice_offset,
                            const std::vector<Index>& column, const RowOrder& order, Index slice,
                            Index row) {
@@ -59,7 +59,7 @@ TEST(RowOrder, KeepsTheEntriesOfEachRow) {
     EXPECT_EQ(entries(p.off_pattern_slice_offset, p.off_pattern_column, none, host_slice, row),
               entries(q.off_pattern_slice_offset, q.off_pattern_column, order, cuda_slice, row));
   }
-  // Within a window, rows with many entries come first.
+  // Within a window, rows with more entries come first.
   for (Index place = 1; place < rows; ++place)
     EXPECT_TRUE(place % RowOrder::window == 0 ||
                 order.entries(place, 0) <= order.entries(place - 1, 0));
@@ -67,7 +67,7 @@ TEST(RowOrder, KeepsTheEntriesOfEachRow) {
   EXPECT_EQ(p.ghost, q.ghost);
 }
 
-TEST(RowOrder, CountsOfManyEntriesAreThoseOfTheSlice) {
+TEST(RowOrder, VeryLongRowsHaveAllSlotsOfTheirSlice) {
   const std::vector<Index> packed = {RowOrder::pack(0, 0, RowOrder::entries_max + 5)};
   EXPECT_EQ(RowOrder{packed}.entries(0, 1'000'000), 1'000'000);
   EXPECT_EQ(RowOrder{packed}.row(0), 0);

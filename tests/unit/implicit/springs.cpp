@@ -277,12 +277,16 @@ TEST(Seams, CloseAlikeOnAnyMesh) {
 }
 
 TEST(Seams, MeetSlowly) {
-  Scene s = two_panels(0.1);
-  s.seams[0].ramp_time = 2;
-  s.seams[0].stiffness = 1000;
-  const Closing closing = closing_of(s);
-  // Without dashpots it is 2.6 times the mean speed.
-  EXPECT_LT(closing.speed, 2 * 0.1 / closing.time);
+  double mean = 0;  // of the speed at the end over the mean speed; with a single ramp it is chance
+  for (const double ramp : {1, 2, 3, 4}) {
+    Scene s = two_panels(0.1);
+    s.seams[0].ramp_time = ramp;
+    s.seams[0].stiffness = 1000;
+    const Closing closing = closing_of(s);
+    mean += closing.speed / (0.1 / closing.time) / 4;
+  }
+  // 2.9 without dashpots, 2.4 with dashpots half as strong.
+  EXPECT_LT(mean, 2);
 }
 
 TEST(Seams, StandForTheShorterOfTheirEdges) {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "host/state/progress_board.hpp"
 #include "host/implicit/step.hpp"
+#include "host/state/progress_board.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/devices.hpp"
 

@@ -47,10 +47,11 @@ struct Options {
 
 /// One run of the scene.
 struct Sample {
-  double setup = 0;         ///< [s] from the scene in memory to the first step
-  double wall = 0;          ///< [s] of all steps
-  double simulated = 0;     ///< [s]
-  weft::StageTimes stages;  ///< [s] sums
+  double setup = 0;                         ///< [s] from the scene in memory to the first step
+  double wall = 0;                          ///< [s] of all steps
+  double simulated = 0;                     ///< [s]
+  weft::StageTimes stages;                  ///< [s] sums
+  weft::CollisionTimes resolve_collisions;  ///< [s] sums
   std::int64_t steps = 0;
   std::int64_t solves = 0;
   std::int64_t iterations = 0;
@@ -152,6 +153,10 @@ Sample run_once(const weft::Scene& scene, Series& series, bool judged, int every
       throw weft::SimulationError(fmt::format("{}: step {}: {}: {}", series.device, report.number,
                                               describe(report.failure), report.failure_detail));
     sample.stages += report.stages;
+    sample.resolve_collisions.detection += report.resolve_collisions.detection;
+    sample.resolve_collisions.searches += report.resolve_collisions.searches;
+    sample.resolve_collisions.solves += report.resolve_collisions.solves;
+    sample.resolve_collisions.zones += report.resolve_collisions.zones;
     sample.solves += report.solves;
     sample.iterations += report.iterations;
     sample.impacts += report.impacts;
@@ -292,6 +297,13 @@ Json to_json(const weft::StageTimes& stages) {
           {"other", stages.other * 1e3}};
 }
 
+Json to_json(const weft::CollisionTimes& times) {
+  return {{"detection", times.detection * 1e3},
+          {"searches", times.searches * 1e3},
+          {"solves", times.solves * 1e3},
+          {"zones", times.zones * 1e3}};
+}
+
 /// A rank an object: what its memory is for, and most bytes of each.
 Json memory_json(const Sample& s) {
   Json ranks = Json::array();
@@ -310,6 +322,7 @@ Json to_json(const Sample& s) {
           {"wall_s_per_simulated_s", s.wall_per_simulated()},
           {"steps", s.steps},
           {"stages_ms", to_json(s.stages)},
+          {"certify_ms", to_json(s.resolve_collisions)},
           {"solves", s.solves},
           {"iterations", s.iterations},
           {"iterations_per_step", per_step(s, s.iterations)},

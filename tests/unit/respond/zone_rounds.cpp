@@ -189,7 +189,9 @@ TEST(ZoneRounds, WhereSomethingYieldsOtherZonesKeepTheirMultipliers) {
     const ZoneResult warm = solve_listed(s.zones, list);
     EXPECT_TRUE(warm.solved);
     EXPECT_LE(worst_share(s.zones, warm.end), short_of);
-    EXPECT_LT(warm.passes, cold.passes / 4) << "of " << cold.passes;
+    // A sweep finds that all is met, and another look says so of all at once.
+    EXPECT_EQ(2, std::count_if(warm.outcomes.begin(), warm.outcomes.end(),
+                               [](const ZoneOutcome& o) { return o.passes == 2; }));
     if (ranks == 1) first_end = warm.end;
     EXPECT_EQ(first_end, warm.end);
   }

@@ -13,6 +13,9 @@ namespace weft {
 /// Most phases of a sweep in which constraints are relaxed side by side.
 inline constexpr Index zone_phases_max = 64;
 
+/// Most constraints of a face whose change is found by factors of its matrix.
+inline constexpr Index zone_factor_max = 128;
+
 /// One row of the programme of an impact zone: n . sum of w_j u_j >= wanted.
 struct ZoneConstraint {
   Index v[4];  ///< by their place in the zone
@@ -41,6 +44,7 @@ struct ZoneMemory {
   double* cut;
   double* projected;
   double* before;       ///< multipliers a sweep at once before
+  double* factor;       ///< [factor_count()] lower triangle by rows, and the right side as one more
   Offset* corner;       ///< [4 collisions] by vertex, then by 4 collision + corner; see corner_of
   Index* vertex;        ///< [vertices] number in the mesh, ascending
   Index* local;         ///< [4 collisions] place of each corner's vertex in the zone
@@ -54,9 +58,13 @@ struct ZoneMemory {
   unsigned char* touched;   ///< [vertices]
 
   static constexpr std::size_t most = 4;  ///< vertices, constraints and corners of a collision
+  /// Of `factor`, for each collision: enough for a face of as many constraints as collisions, and
+  /// of zone_factor_max.
+  static constexpr std::size_t factor_size = (zone_factor_max + 4) / 2;
   static constexpr std::size_t collision_bytes =
       most * (sizeof(ZoneConstraint) + 5 * sizeof(Vec3<double>) + 8 * sizeof(double) +
               sizeof(Offset) + 6 * sizeof(Index) + 2) +
+      factor_size * sizeof(double) +
       2 * sizeof(Index);  // one of them for constraint_begin, one to end at a multiple of 8
   static constexpr std::size_t zone_bytes = (2 + zone_phases_max + 2) * sizeof(Index);
   static_assert(collision_bytes % sizeof(double) == 0 && zone_bytes % sizeof(double) == 0);
@@ -76,6 +84,7 @@ struct ZoneMemory {
     for (double** array : {&m.mass_inv, &m.direction, &m.search, &m.residual, &m.product, &m.cut,
                            &m.projected, &m.before})
       take(*array, most * count);
+    take(m.factor, factor_size * count);
     take(m.corner, most * count);
     for (Index** array : {&m.vertex, &m.local, &m.face, &m.phase, &m.order})
       take(*array, most * count);

@@ -6,10 +6,11 @@
 
 namespace weft {
 
-/// Whether the face is small enough.
+/// Whether the face is small enough. All blocks of a GPU together would wait for each other in every
+/// column.
 template <class Team>
 WEFT_HD bool ZoneQp<Team>::has_factors() const {
-  return face_count_ <= zone_factor_max && face_count_ <= collisions_;
+  return !Team::at_once && face_count_ <= zone_factor_max && face_count_ <= collisions_;
 }
 
 /// a M^-1 b^T [1/kg]

@@ -376,9 +376,12 @@ void SceneRun::print_rest() const {
     show(stdout, "rested at {:.6g} s, after {}\n", simulation_.time(),
          counted(simulation_.frame_number(), "frame"));
   else
-    show(stdout, "did not rest within {}: {:.3g} % of the vertices move, {:.3g} % may\n",
-         counted(simulation_.frame_number(), "frame"), 100 * rest.moving_share,
-         100 * moving_share_max);
+    show(
+        stdout,
+        "did not rest within {}: {:.3g} % of the vertices move, {:.3g} % may; {:.3g} % of them get "
+        "somewhere, {:.3g} % may\n",
+        counted(simulation_.frame_number(), "frame"), 100 * rest.moving_share,
+        100 * moving_share_max, 100 * rest.displaced_share, 100 * displaced_share_max);
 }
 
 void SceneRun::print_summary(bool preview) const {

@@ -217,9 +217,9 @@ std::optional<double> LiveScene::limit_excess() {
 void LiveScene::count_rest() {
   visit([this](auto& run) {
     const auto snapshot = run.store.snapshot();
-    rest_.add_frame(Span(snapshot.velocities.data(), snapshot.velocities.size()), snapshot.time,
-                    quiet_frames_of_rest(scene_.time),
-                    Span(snapshot.positions.data(), snapshot.positions.size()));
+    const std::size_t cloth = snapshot.velocities.size();
+    rest_.add_frame(Span(snapshot.positions.data(), cloth), Span(snapshot.velocities.data(), cloth),
+                    snapshot.time, quiet_frames_of_rest(scene_.time));
   });
 }
 
@@ -379,7 +379,7 @@ std::string LiveScene::checkpoint() {
   const std::string live = live_bytes();
   return visit([&](auto& run) {
     return checkpoint_bytes(scene_, run.store.model(), run.store.snapshot(), sewing, adaptive, live,
-                            fingerprint_, rest_.state().quiet_frames);
+                            fingerprint_, rest_.quiet_frames());
   });
 }
 
@@ -388,17 +388,18 @@ std::vector<std::string> LiveScene::differences(const CheckpointReader& in) cons
 }
 
 void LiveScene::resume(const CheckpointReader& in, bool same_scene) {
-  const std::int32_t quiet_frames = read_quiet_frames(in);
+  QuietFrames quiet = read_quiet_frames(in);
   take_up(in);
   weightless_ = sewn_gravity_ && !sewing_.complete() && scene_.gravity == Vec3<double>{0, 0, 0};
   restart_rest();
   // Runs write checkpoints at the end of a frame.
-  visit([this](auto& run) {
+  visit([&](auto& run) {
     const auto snapshot = run.store.snapshot();
-    rest_.begin_frame(Span(snapshot.positions.data(), snapshot.positions.size()), snapshot.time);
+    const std::size_t cloth = snapshot.velocities.size();
+    rest_.begin_frame(Span(snapshot.positions.data(), cloth), snapshot.time);
+    if (same_scene && scene_.time.until == RunUntil::rest && quiet.since.size() == cloth)
+      rest_.restore(std::move(quiet), quiet_frames_of_rest(scene_.time));
   });
-  if (same_scene && scene_.time.until == RunUntil::rest)
-    rest_.restore(quiet_frames, quiet_frames_of_rest(scene_.time));
 }
 
 /// Makes scene, topology, inputs and state those of a checkpoint.

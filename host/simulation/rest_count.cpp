@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace weft {
 namespace {
@@ -19,23 +20,35 @@ double unless_endless(double time) {
 }  // namespace
 
 template <class T>
-void RestCount::add_frame(Span<const Vec3<T>> velocities, double end, int frames,
-                          Span<const Vec3<T>> positions) {
-  const bool known = !positions.empty() && before_.size() == positions.size() && end > before_time_;
-  const double way = moving_speed * (end - before_time_);
-  std::size_t moving = 0;
+void RestCount::add_frame(Span<const Vec3<T>> positions, Span<const Vec3<T>> velocities, double end,
+                          int frames) {
+  if (before_.size() == positions.size() && end > before_time_) {
+    if (state_.quiet_frames == 0) since_ = before_;
+    const bool quiet = is_quiet(positions, velocities, end - before_time_, frames);
+    state_.quiet_frames = quiet && end > last_change_ ? state_.quiet_frames + 1 : 0;
+  } else {
+    state_ = {};
+  }
+  state_.rested = state_.quiet_frames >= frames;
+  begin_frame(positions, end);
+}
+
+/// @param duration [s] of the frame
+template <class T>
+bool RestCount::is_quiet(Span<const Vec3<T>> positions, Span<const Vec3<T>> velocities,
+                         double duration, int frames) {
+  const double way = moving_speed * duration;
+  std::size_t moving = 0, displaced = 0;
   for (std::size_t v = 0; v < velocities.size(); ++v) {
-    if (!(length_sq(vec_cast<double>(velocities[v])) > moving_speed * moving_speed)) continue;
-    // Jammed cloth trembles without going anywhere.
-    if (known && !(length_sq(vec_cast<double>(positions[v]) - before_[v]) > way * way)) continue;
-    ++moving;
+    const auto x = vec_cast<double>(positions[v]);
+    const bool fast = length_sq(vec_cast<double>(velocities[v])) > moving_speed * moving_speed;
+    moving += fast && length_sq(x - before_[v]) > way * way ? 1 : 0;
+    displaced += length_sq(x - since_[v]) > frames * way * frames * way ? 1 : 0;
   }
   const auto count = static_cast<double>(std::max<std::size_t>(velocities.size(), 1));
   state_.moving_share = static_cast<double>(moving) / count;
-  const bool quiet = state_.moving_share <= moving_share_max && end > last_change_;
-  state_.quiet_frames = quiet ? state_.quiet_frames + 1 : 0;
-  state_.rested = state_.quiet_frames >= frames;
-  begin_frame(positions, end);
+  state_.displaced_share = static_cast<double>(displaced) / count;
+  return state_.moving_share <= moving_share_max && state_.displaced_share <= displaced_share_max;
 }
 
 template <class T>
@@ -45,8 +58,19 @@ void RestCount::begin_frame(Span<const Vec3<T>> positions, double time) {
   before_time_ = time;
 }
 
-template void RestCount::add_frame(Span<const Vec3<float>>, double, int, Span<const Vec3<float>>);
-template void RestCount::add_frame(Span<const Vec3<double>>, double, int, Span<const Vec3<double>>);
+QuietFrames RestCount::quiet_frames() const {
+  if (state_.quiet_frames == 0) return {};
+  return {state_.quiet_frames, since_};
+}
+
+void RestCount::restore(QuietFrames quiet, int frames) {
+  state_.quiet_frames = quiet.count;
+  state_.rested = quiet.count >= frames;
+  since_ = std::move(quiet.since);
+}
+
+template void RestCount::add_frame(Span<const Vec3<float>>, Span<const Vec3<float>>, double, int);
+template void RestCount::add_frame(Span<const Vec3<double>>, Span<const Vec3<double>>, double, int);
 template void RestCount::begin_frame(Span<const Vec3<float>>, double);
 template void RestCount::begin_frame(Span<const Vec3<double>>, double);
 

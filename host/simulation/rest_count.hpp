@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/state/quiet_frames.hpp"
 #include "weft/core/span.hpp"
 #include "weft/rest_state.hpp"
 #include "weft/scene.hpp"
@@ -18,31 +19,35 @@ class RestCount {
     state_ = {};
   }
 
-  /// At the end of a frame.
+  /// At the end of a frame. It is not quiet unless the positions of the frame before are known.
+  /// @param positions  [vertices of cloth] [m]
   /// @param velocities [vertices of cloth] [m/s]
   /// @param end        [s]
   /// @param frames     quiet frames that make rest
-  /// @param positions  [>= vertices of cloth] [m] empty: velocities alone count
   template <class T>
-  void add_frame(Span<const Vec3<T>> velocities, double end, int frames,
-                 Span<const Vec3<T>> positions = {});
+  void add_frame(Span<const Vec3<T>> positions, Span<const Vec3<T>> velocities, double end,
+                 int frames);
 
   /// Where cloth is at the beginning of a frame, if it was not told by add_frame().
-  /// @param positions [>= vertices of cloth] [m]   @param time [s]
+  /// @param positions [vertices of cloth] [m]   @param time [s]
   template <class T>
   void begin_frame(Span<const Vec3<T>> positions, double time);
 
   const RestState& state() const { return state_; }
 
-  /// Goes on with what a checkpoint holds.
-  void restore(int quiet_frames, int frames) {
-    state_.quiet_frames = quiet_frames;
-    state_.rested = quiet_frames >= frames;
-  }
+  /// What a checkpoint holds.
+  QuietFrames quiet_frames() const;
+  /// Goes on with that.
+  void restore(QuietFrames quiet, int frames);
 
  private:
+  template <class T>
+  bool is_quiet(Span<const Vec3<T>> positions, Span<const Vec3<T>> velocities, double duration,
+                int frames);
+
   double last_change_ = 0;
   RestState state_;
+  std::vector<Vec3<double>> since_;   ///< [m] before the first of the quiet frames
   std::vector<Vec3<double>> before_;  ///< [m] at the end of the last frame
   double before_time_ = 0;            ///< [s]
 };

@@ -198,7 +198,7 @@ template <class T>
 std::string checkpoint_bytes(const Scene& scene, const Model& model, const StateSnapshot<T>& state,
                              const Sewing& sewing, const std::string& adaptive,
                              const std::string& live, const Fingerprint& fingerprint,
-                             std::int32_t quiet_frames) {
+                             const QuietFrames& quiet) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
   Writer out;
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
@@ -232,7 +232,10 @@ std::string checkpoint_bytes(const Scene& scene, const Model& model, const State
   if (scene.time.automatic) out.chunk("next_step", &state.next_step, sizeof state.next_step);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   if (!live.empty()) out.chunk("live", live.data(), live.size());
-  if (quiet_frames > 0) out.chunk("quiet_frames", &quiet_frames, sizeof quiet_frames);
+  if (quiet.count > 0) {
+    out.chunk("quiet_frames", &quiet.count, sizeof quiet.count);
+    out.chunk("quiet_since", quiet.since);
+  }
   return std::move(out).bytes();
 }
 
@@ -356,11 +359,16 @@ std::string read_adaptive(const CheckpointReader& in) {
   return std::string(in.bytes_of("adaptive"));
 }
 
-std::int32_t read_quiet_frames(const CheckpointReader& in) {
-  std::int32_t count = 0;
-  if (in.has("quiet_frames")) in.get("quiet_frames", &count, sizeof count);
-  if (count < 0) in.refuse("quiet_frames", std::to_string(count), "0 or more");
-  return count;
+QuietFrames read_quiet_frames(const CheckpointReader& in) {
+  QuietFrames quiet;
+  if (!in.has("quiet_since")) return quiet;
+  in.get("quiet_frames", &quiet.count, sizeof quiet.count);
+  if (quiet.count < 0) in.refuse("quiet_frames", std::to_string(quiet.count), "0 or more");
+  in.get_all("quiet_since", quiet.since);
+  for (const Vec3<double>& x : quiet.since)
+    if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
+      in.refuse("quiet_since", "has values that are not finite", "finite numbers");
+  return quiet;
 }
 
 std::string read_live(const CheckpointReader& in) {
@@ -416,10 +424,10 @@ template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
 template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
 template std::string checkpoint_bytes(const Scene&, const Model&, const StateSnapshot<float>&,
                                       const Sewing&, const std::string&, const std::string&,
-                                      const Fingerprint&, std::int32_t);
+                                      const Fingerprint&, const QuietFrames&);
 template std::string checkpoint_bytes(const Scene&, const Model&, const StateSnapshot<double>&,
                                       const Sewing&, const std::string&, const std::string&,
-                                      const Fingerprint&, std::int32_t);
+                                      const Fingerprint&, const QuietFrames&);
 template void read_checkpoint(const CheckpointReader&, const Scene&, const Model&,
                               StateSnapshot<float>&);
 template void read_checkpoint(const CheckpointReader&, const Scene&, const Model&,

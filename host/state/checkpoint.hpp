@@ -12,6 +12,7 @@
 #include "host/base/atomic_file.hpp"
 #include "host/scene/seams/sewing.hpp"
 #include "host/state/fingerprint.hpp"
+#include "host/state/quiet_frames.hpp"
 #include "host/state/store.hpp"
 
 namespace weft {
@@ -41,16 +42,15 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 /// - "sleep_pieces", "sleep_marks", "sleep_marks_2", "sleep_causes", if cloth may sleep: SleepState
 /// - "next_step", with steps of automatic length: the length that the next one may have
 /// - "live", if the program has set anything while the simulation ran: that
-/// - "quiet_frames", unless there are none: see RestState
+/// - "quiet_frames" and "quiet_since", unless there are none: see QuietFrames
 /// @param adaptive    bytes of that chunk; empty: none
 /// @param live        the same
 /// @param fingerprint of the scene as it was read, before refinement and remeshing
-/// @param quiet_frames see RestState
 template <class T>
 std::string checkpoint_bytes(const Scene& scene, const Model& model, const StateSnapshot<T>& state,
                              const Sewing& sewing, const std::string& adaptive = {},
                              const std::string& live = {}, const Fingerprint& fingerprint = {},
-                             std::int32_t quiet_frames = 0);
+                             const QuietFrames& quiet = {});
 
 /// Writes such bytes to a file.
 /// @throws SceneError if it cannot be written; an older file then stays unchanged
@@ -121,8 +121,9 @@ std::string read_adaptive(const CheckpointReader& in);
 /// Bytes of the chunk "live"; empty: there is none.
 std::string read_live(const CheckpointReader& in);
 
-/// @return that chunk, 0 if there is none
-std::int32_t read_quiet_frames(const CheckpointReader& in);
+/// @return no frames if the checkpoint holds none
+/// @throws SceneError if the checkpoint makes no sense
+QuietFrames read_quiet_frames(const CheckpointReader& in);
 
 /// [m] World place that the positions of a checkpoint are relative to.
 /// @throws SceneError if the checkpoint makes no sense

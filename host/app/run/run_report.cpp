@@ -167,6 +167,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
     report["rested"] = rest.rested;
     report["rested_at_s"] = rest.rested ? Json(simulation.time()) : Json(nullptr);
     report["moving_share"] = rest.moving_share;
+    report["displaced_share"] = rest.displaced_share;
   }
   if (totals.limit_excess) report["limit_excess_max"] = *totals.limit_excess;
   if (totals.sleep.pieces > 0) report["sleep"] = sleep_json(totals, vertices);

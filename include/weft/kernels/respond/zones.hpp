@@ -71,8 +71,9 @@ inline constexpr double zone_met_share = 0.8;
 ///   D(lambda) = lambda . (offset - A x*) - 1/2 lambda . A M^-1 A^T lambda.
 /// It is climbed by sweeps that set each multiplier to what its own constraint asks (the update of
 /// the augmented Lagrangian with mu = 1 / (A M^-1 A^T)_kk and an exact inner step), and, where
-/// those are slow - long chains of impacts, masses far apart -, by conjugate gradients over the
-/// multipliers that are not zero, cut off or projected where one becomes negative. D never falls,
+/// those are slow - knots, long chains of impacts, masses far apart -, by solving for the
+/// multipliers that are not zero, cut off or projected where one becomes negative: up to
+/// zone_factor_max of them by factors of their matrix, more by conjugate gradients. D never falls,
 /// and wherever one stops
 ///   kinetic energy before - after >= 2 D(lambda) / h^2 >= 0   if the start satisfies the offsets,
 /// linear momentum is kept, and so is angular momentum about the positions that the normals are of.

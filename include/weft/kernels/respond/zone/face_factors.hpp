@@ -6,8 +6,8 @@
 
 namespace weft {
 
-/// Whether the face is small enough. All blocks of a GPU together would wait for each other in every
-/// column.
+/// Whether the face is small enough. All blocks of a GPU together would wait for each other in
+/// every column.
 template <class Team>
 WEFT_HD bool ZoneQp<Team>::has_factors() const {
   return !Team::at_once && face_count_ <= zone_factor_max && face_count_ <= collisions_;
@@ -63,18 +63,22 @@ WEFT_HD_CALL void ZoneQp<Team>::factorize() {
   }
 }
 
-/// The change (S + ridge)^-1 b. It climbs the dual all the way: b . d - 1/2 d . S d > 0.
+/// The change d = (S + ridge)^-1 b. It climbs the dual all the way: b . d - 1/2 d . S d > 0.
+/// @return false if it would take more passes than there are left
 template <class Team>
-WEFT_HD_CALL void ZoneQp<Team>::find_direction_by_factors() {
+WEFT_HD_CALL bool ZoneQp<Team>::find_direction_by_factors(int passes_max) {
   const Index n = face_count_;
+  const Index passes = 1 + n * n / pairs_of_pass;
+  if (passes > passes_max - passes_) return false;
   const auto row = [&](Index i) { return m_.factor + i * (i + 1) / 2; };
   factorize();
-  ++passes_;
+  passes_ += passes;
   double* x = m_.residual;
   for_each(team_, n, [&](Index i) { x[i] = row(n)[i] / row(i)[i]; });
   for (Index k = n - 1; k > 0; --k)
     for_each(team_, k, [&](Index i) { x[i] -= row(k)[i] / row(i)[i] * x[k]; });
   for_each(team_, n, [&](Index k) { m_.direction[m_.face[k]] = x[k]; });
+  return true;
 }
 
 }  // namespace weft

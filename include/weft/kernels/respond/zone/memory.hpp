@@ -13,7 +13,8 @@ namespace weft {
 /// Most phases of a sweep in which constraints are relaxed side by side.
 inline constexpr Index zone_phases_max = 64;
 
-/// Most constraints of a face whose change is found by factors of its matrix.
+/// Most constraints of a face whose change is found by factors of its matrix. Larger matrices leave
+/// the fast memory of a GPU's processor.
 inline constexpr Index zone_factor_max = 128;
 
 /// One row of the programme of an impact zone: n . sum of w_j u_j >= wanted.
@@ -44,7 +45,7 @@ struct ZoneMemory {
   double* cut;
   double* projected;
   double* before;       ///< multipliers a sweep at once before
-  double* factor;       ///< [factor_count()] lower triangle by rows, and the right side as one more
+  double* factor;       ///< [factor_size collisions] lower triangle, and the right side as a row
   Offset* corner;       ///< [4 collisions] by vertex, then by 4 collision + corner; see corner_of
   Index* vertex;        ///< [vertices] number in the mesh, ascending
   Index* local;         ///< [4 collisions] place of each corner's vertex in the zone

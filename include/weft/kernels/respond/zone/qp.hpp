@@ -84,6 +84,8 @@ class ZoneQp {
   static constexpr double face_accuracy = 0.1;
   /// Curvature, over that of the diagonal alone, under which a direction counts as flat.
   static constexpr double flat = 1e-13;
+  /// Square of the constraints of a face whose factors count as one pass over it.
+  static constexpr Index pairs_of_pass = 1024;
   /// Share of the diagonal that is added to a matrix that is factorized: redundant constraints
   /// leave it singular.
   static constexpr double ridge = 1e-9;
@@ -123,7 +125,7 @@ class ZoneQp {
   WEFT_HD bool has_factors() const;
   WEFT_HD double coupling(const ZoneConstraint& a, const ZoneConstraint& b) const;
   WEFT_HD_CALL void factorize();
-  WEFT_HD_CALL void find_direction_by_factors();
+  WEFT_HD_CALL bool find_direction_by_factors(int passes_max);
   WEFT_HD_CALL double dual_now();
   WEFT_HD_CALL double dual_along();
   WEFT_HD double energy_of(Index v, const Vec3<double>* u) const;
@@ -293,7 +295,7 @@ WEFT_HD_CALL void ZoneQp<Team>::combine(const double* multipliers, bool of_face,
 /// direction without curvature, which redundant constraints have - the dual has risen all the same.
 template <class Team>
 WEFT_HD_CALL void ZoneQp<Team>::find_direction(int passes_max) {
-  if (has_factors()) return find_direction_by_factors();
+  if (has_factors() && find_direction_by_factors(passes_max)) return;
   for_each(team_, face_count_, [&](Index k) {
     const Index i = m_.face[k];
     m_.direction[i] = m_.search[i] = 0;

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 #include <signal.h>
+#include <time.h>
 
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <stop_token>
 
@@ -16,18 +18,34 @@ std::atomic<bool> requested{false};
 std::atomic<double> limit_reached{0};  ///< [s] of a TimeLimit that asked first; 0: none did
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler must not wait for a lock");
 
+/// Signals within this time of the first are the same wish: `timeout` sends one to the program and
+/// one to its group. [ms]
+constexpr std::int64_t echo = 1000;
+std::atomic<std::int64_t> first_signal{0};  ///< [ms] 0: none yet
+static_assert(std::atomic<std::int64_t>::is_always_lock_free);
+
+/// [ms] Never 0.
+std::int64_t now() {
+  timespec time = {};
+  ::clock_gettime(CLOCK_MONOTONIC, &time);
+  return 1 + std::int64_t{1000} * time.tv_sec + time.tv_nsec / 1'000'000;
+}
+
 extern "C" void take_signal(int signal) {
+  requested = true;
+  std::int64_t first = 0;
+  if (first_signal.compare_exchange_strong(first, now())) return;
   // Whoever reads the output is gone: every further line would say so again.
-  if (requested.exchange(true) && signal != SIGPIPE) {
-    ::signal(signal, SIG_DFL);
-    ::raise(signal);
-  }
+  if (signal == SIGPIPE || now() - first <= echo) return;
+  ::signal(signal, SIG_DFL);
+  ::raise(signal);
 }
 
 }  // namespace
 
 void listen_for_signals() {
   requested = false;
+  first_signal = 0;
   limit_reached = 0;
   struct sigaction action = {};
   action.sa_handler = take_signal;

@@ -9,7 +9,7 @@
 namespace weft::app {
 
 /// From now on a first SIGINT, SIGTERM, SIGHUP or SIGPIPE asks the run to stop at its next safe
-/// point; a second one of the first three ends the program at once.
+/// point; one of the first three that comes more than a second later ends the program at once.
 void listen_for_signals();
 
 /// Whether one has come since.

@@ -16,10 +16,10 @@ struct StitchDirections {
   std::vector<std::string> notes;  ///< a line for each stitch that differs from the file
 };
 
-/// Chooses directions by where the panels stand: ends that meet must be near. Where that does not
-/// tell them apart clearly, the file does. The two sides of a dart meet in the vertex that they
-/// share. Panels are then turned over until front meets front along all stitches; if that cannot
-/// be, the file's own directions are tried.
+/// Chooses directions by where the panels stand: ends that meet must be near. The two sides of a
+/// dart meet in the vertex that they share. Panels are then turned over until front meets front
+/// along these stitches. Where ends do not tell clearly, panels that are turned over do, and else
+/// the file. If front cannot meet front, or ends are farther apart in sum, all is as the file says.
 /// @throws SceneError naming the stitch for which it cannot be
 StitchDirections choose_directions(const SewingPattern& pattern);
 

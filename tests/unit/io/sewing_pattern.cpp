@@ -356,6 +356,28 @@ TEST(MakeGarment, RepairsDirections) {
   EXPECT_TRUE(garment_of(document).notes.empty());
 }
 
+/// The ends of a seam that is short beside the distance of its panels do not tell how it is sewn.
+/// The long ones beside it do.
+TEST(MakeGarment, LongSeamsTellHowShortOnesAreSewn) {
+  json document = tube();
+  json& panels = document["pattern"]["panels"];
+  for (const char* name : {"front", "rear"}) {
+    panels[name]["vertices"] = {{-20, 0}, {20, 0}, {20, 60}, {12, 60}, {-20, 60}};
+    panels[name]["edges"] = json::array();
+    for (int k = 0; k < 5; ++k) panels[name]["edges"].push_back({{"endpoints", {k, (k + 1) % 5}}});
+  }
+  json& stitches = document["pattern"]["stitches"];
+  stitches = json::array();
+  for (const int edge : {1, 2, 4})
+    stitches.push_back({{{"panel", "front"}, {"edge", edge}}, {{"panel", "rear"}, {"edge", edge}}});
+  const Garment garment = garment_of(document);
+  EXPECT_EQ(garment.notes.size(), 3u);
+  for (const GarmentSeam& seam : garment.seams)
+    for (const auto& [a, b] : seam.pairs)
+      EXPECT_NEAR(length(garment.mesh.positions[at(a)] - garment.mesh.positions[at(b)]), 0.4,
+                  1e-12);
+}
+
 TEST(MakeGarment, IsAPureFunction) {
   Garment a = garment_of(with_dart()), b = garment_of(with_dart());
   relax_start(a, 0.02, {});

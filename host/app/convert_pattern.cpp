@@ -176,6 +176,7 @@ std::vector<std::string> convert_patterns(const PatternRequest& request) {
     const Mesh body = read_body(request.body, inputs, notes);
     for (const Input& input : inputs) {
       io::refuse_far_panels(input.garment, body, input.file);
+      io::refuse_other_size(input.garment, body, input.document, input.file);
       if (!worn(input, body))
         notes.push_back(fmt::format(
             "{}: the panels do not stand around the body of {}; check that the body stands, its up "

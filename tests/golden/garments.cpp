@@ -312,6 +312,11 @@ TEST_F(Garments, PatternsTellWhetherTheBodyStands) {
   EXPECT_EQ(converted("lying.obj"),
             "0 weft: warning: tunic.json: the panels do not stand around the body of lying.obj; "
             "check that the body stands, its up axis, and the units of both\n");
+  pattern["properties"]["units_in_meter"] = 1000;
+  EXPECT_TRUE(converted("y.obj").starts_with(
+      "2 weft: tunic.json: properties.units_in_meter: 1000, which makes a garment of 0.08 m"))
+      << err_;
+  EXPECT_EQ(line_count(err_), 1) << err_;
 }
 
 TEST_F(Garments, SlowDressesAGivenBody) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "host/io/pattern/pattern_file.hpp"
+#include "weft/error.hpp"
 #include "weft/shapes.hpp"
 
 namespace weft::io {
@@ -40,6 +43,41 @@ TEST(GarmentOnBody, StandsAroundABodyThatStands) {
   EXPECT_NEAR(height_around_body(garment, body({0, 0.55, 0}, {0.4, 0.55, 0.15})), 0.625, 0.03);
   // Out of the panels' reach to the side.
   EXPECT_EQ(height_around_body(garment, body({2, 0.85, 0}, {0.6, 0.85, 0.15})), 0);
+}
+
+TEST(GarmentOnBody, RefusesAnotherUnit) {
+  const Mesh tall = body({0, 0.85, 0}, {0.6, 0.85, 0.15});
+  Garment garment = tunic();
+  nlohmann::json document{{"pattern", nlohmann::json::object()},
+                          {"properties", {{"units_in_meter", 100}}}};
+  const auto message = [&](double scale) -> std::string {
+    Garment scaled = garment;
+    for (Vec3<double>& x : scaled.mesh.positions) x *= scale;
+    try {
+      refuse_other_size(scaled, tall, document, "t.json");
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const double scale : {0.22, 1.0, 10.0}) EXPECT_EQ(message(scale), "");
+  const std::string allowed =
+      "; allowed: panels that together are 0.1 to 5 times as large as the body";
+  EXPECT_EQ(message(0.1),
+            "t.json: properties.units_in_meter: 100, which makes a garment of 0.08 m for a body "
+            "of 1.7 m" +
+                allowed);
+  EXPECT_NE(message(11), "");
+  document.erase("properties");
+  EXPECT_EQ(message(0.01),
+            "t.json: properties.units_in_meter: missing, which makes a garment of 0.008 m for a "
+            "body of 1.7 m" +
+                allowed);
+  document["pattern"] = {{"outlines", "t.svg"}, {"outlines_unit", "mm"}};
+  EXPECT_EQ(message(0.01),
+            "t.json: pattern.outlines_unit: \"mm\", which makes a garment of 0.008 m for a body "
+            "of 1.7 m" +
+                allowed);
 }
 
 }  // namespace

@@ -317,6 +317,12 @@ TEST_F(Garments, PatternsTellWhetherTheBodyStands) {
       "2 weft: tunic.json: properties.units_in_meter: 1000, which makes a garment of 0.08 m"))
       << err_;
   EXPECT_EQ(line_count(err_), 1) << err_;
+  pattern["properties"]["units_in_meter"] = 100;
+  pattern["pattern"]["stiches"] = pattern["pattern"]["stitches"];
+  pattern["pattern"].erase("stitches");
+  EXPECT_EQ(converted("y.obj"),
+            "0 weft: warning: pattern.stiches: not read, so nothing is sewn; did you mean "
+            "\"stitches\"?\n");
 }
 
 TEST_F(Garments, SlowDressesAGivenBody) {

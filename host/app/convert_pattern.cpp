@@ -15,6 +15,7 @@
 #include "host/input/safe_text.hpp"
 #include "host/io/json/json_fields.hpp"
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/io/pattern/garment_on_body.hpp"
 #include "host/io/pattern/garment_scene.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
@@ -33,21 +34,49 @@ constexpr double waist_tolerance = 0.05;
 /// [body heights] above its waist from which a garment hangs from the shoulders.
 constexpr double bodice_least = 0.1;
 
+/// One of the patterns.
+struct Input {
+  std::string file;
+  nlohmann::json document;
+  io::Garment garment;
+  io::GarmentEntry entry;
+};
+
+/// Share of a garment's height around which a body has to be.
+constexpr double worn_least = 0.5;
+
+bool worn(const Input& input, const Mesh& body) {
+  return io::height_around_body(input.garment, body) >= worn_least;
+}
+
+Mesh z_up_to_y_up(Mesh mesh) {
+  for (Vec3<double>& x : mesh.positions) x = {x[0], x[2], -x[1]};
+  return mesh;
+}
+
 /// A body as patterns see it: in metres, with y up.
-Mesh read_body(const std::string& file, const Mesh& garment, std::vector<std::string>& notes) {
+Mesh read_body(const std::string& file, const std::vector<Input>& inputs,
+               std::vector<std::string>& notes) {
   Mesh body = io::read_mesh(file, io::Uv::ignore);
-  const Aabb box = aabb_of(body.positions), cloth = aabb_of(garment.positions);
+  const Aabb box = aabb_of(body.positions);
+  const Aabb cloth = aabb_of(inputs.front().garment.mesh.positions);
   const Guess units = guess_units(cloth, box);
   const double unit = units.value == "cm" ? 0.01 : units.value == "mm" ? 0.001 : 1;
-  const bool z_up = guess_up(cloth, box, fs::path(file).extension().string()).value == "z";
+  for (Vec3<double>& x : body.positions) x *= unit;
+  // guess_up() compares the places of cloth and body in one frame, but panels always have y up. If
+  // they stand around the body with one axis only, that is its up axis.
+  const Mesh turned = z_up_to_y_up(body);
+  bool z_up = guess_up(cloth, box, fs::path(file).extension().string()).value == "z";
+  const auto count = [&](const Mesh& as_read) {
+    return std::count_if(inputs.begin(), inputs.end(),
+                         [&](const Input& input) { return worn(input, as_read); });
+  };
+  const auto with_y = count(body), with_z = count(turned);
+  if (with_y != with_z) z_up = with_z > with_y;
   if (units.value != "m" || z_up)
     notes.push_back(
         fmt::format("{}: taken for {}, with {} up", file, units.value, z_up ? "z" : "y"));
-  for (Vec3<double>& x : body.positions) {
-    if (z_up) x = {x[0], x[2], -x[1]};
-    x *= unit;
-  }
-  return body;
+  return z_up ? turned : body;
 }
 
 /// A name that a cloth may have.
@@ -59,14 +88,6 @@ std::string cloth_name(const std::string& text) {
   }
   return name.empty() ? "garment" : name;
 }
-
-/// One of the patterns.
-struct Input {
-  std::string file;
-  nlohmann::json document;
-  io::Garment garment;
-  io::GarmentEntry entry;
-};
 
 /// Reads a pattern and gives it a name that none has yet.
 Input read_input(const std::string& file, double edge, const std::string& stem,
@@ -152,8 +173,16 @@ std::vector<std::string> convert_patterns(const PatternRequest& request) {
   if (!request.body.empty()) {
     scene.body_file = stem + "_body.obj";
     refuse_own_copy(folder / scene.body_file, request.body, "--body");
-    const Mesh body = read_body(request.body, inputs.front().garment.mesh, notes);
-    for (const Input& input : inputs) io::refuse_far_panels(input.garment, body, input.file);
+    const Mesh body = read_body(request.body, inputs, notes);
+    for (const Input& input : inputs) {
+      io::refuse_far_panels(input.garment, body, input.file);
+      io::refuse_other_size(input.garment, body, input.document, input.file);
+      if (!worn(input, body))
+        notes.push_back(fmt::format(
+            "{}: the panels do not stand around the body of {}; check that the body stands, its up "
+            "axis, and the units of both",
+            input.file, request.body));
+    }
     hold_at_waist(inputs, body);
     io::write_obj(folder / scene.body_file, {{"body", body}});
   }

@@ -270,6 +270,61 @@ TEST_F(Garments, LetsGoAWaistThatABodiceHolds) {
   EXPECT_NEAR(low.at(0).at("at").get<double>(), waist / 100, 1e-9);
 }
 
+/// Boxes are as wide as people with their arms out, so their size alone does not say what is up.
+TEST_F(Garments, PatternsTellWhetherTheBodyStands) {
+  const auto box = [&](const std::string& name, const std::string& low, const std::string& high) {
+    std::string text;
+    std::stringstream lows(low), highs(high);
+    std::string a[3], b[3];
+    for (int k = 0; k < 3; ++k) lows >> a[k], highs >> b[k];
+    for (int v = 0; v < 8; ++v)
+      text +=
+          "v " + (v & 1 ? b : a)[0] + " " + (v & 2 ? b : a)[1] + " " + (v & 4 ? b : a)[2] + "\n";
+    write(name, text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n");
+  };
+  Json pattern = Json::parse(R"({"pattern": {"panels": {
+      "front": {"translation": [0, 0, 25], "vertices": [[-30, 60], [30, 60], [30, 140], [-30, 140]],
+        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]},
+                  {"endpoints": [3, 0]}]}}}, "properties": {"units_in_meter": 100}})");
+  Json& panels = pattern["pattern"]["panels"];
+  panels["back"] = panels["front"];
+  panels["back"]["translation"] = {0, 0, -25};
+  panels["back"]["vertices"] = {{-30, 60}, {-30, 140}, {30, 140}, {30, 60}};
+  const auto side = [](const char* panel, int edge) -> Json {
+    return {{"panel", panel}, {"edge", edge}};
+  };
+  pattern["pattern"]["stitches"] = {{side("front", 1), side("back", 2)},
+                                    {side("front", 3), side("back", 0)}};
+  const auto converted = [&](const std::string& body) {
+    write("tunic.json", pattern.dump());
+    const int code = weft({"convert", "tunic.json", "scene.json", "--body", body, "--edge", "0.1"});
+    return std::to_string(code) + " " + err_;
+  };
+  box("y.obj", "-0.7 0 -0.15", "0.7 1.7 0.15");
+  EXPECT_EQ(converted("y.obj"), "0 ");
+  const std::string standing = text_of(at("scene_body.obj"));
+  box("z.obj", "-0.7 -0.15 0", "0.7 0.15 1.7");
+  EXPECT_EQ(converted("z.obj"), "0 weft: warning: z.obj: taken for m, with z up\n");
+  const auto corner = [](const std::string& text) { return text.find("\nv 0.7 1.7 0.15\n"); };
+  EXPECT_NE(corner(standing), std::string::npos) << standing;
+  EXPECT_NE(corner(text_of(at("scene_body.obj"))), std::string::npos);
+  box("lying.obj", "0 -0.7 -0.15", "1.7 0.7 0.15");
+  EXPECT_EQ(converted("lying.obj"),
+            "0 weft: warning: tunic.json: the panels do not stand around the body of lying.obj; "
+            "check that the body stands, its up axis, and the units of both\n");
+  pattern["properties"]["units_in_meter"] = 1000;
+  EXPECT_TRUE(converted("y.obj").starts_with(
+      "2 weft: tunic.json: properties.units_in_meter: 1000, which makes a garment of 0.08 m"))
+      << err_;
+  EXPECT_EQ(line_count(err_), 1) << err_;
+  pattern["properties"]["units_in_meter"] = 100;
+  pattern["pattern"]["stiches"] = pattern["pattern"]["stitches"];
+  pattern["pattern"].erase("stitches");
+  EXPECT_EQ(converted("y.obj"),
+            "0 weft: warning: pattern.stiches: not read, so nothing is sewn; did you mean "
+            "\"stitches\"?\n");
+}
+
 TEST_F(Garments, SlowDressesAGivenBody) {
   for (const char* name : {"shirt_mean", "dress_pencil"}) {
     const fs::path pattern = data_file(std::string(name) + "_specification.json");

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "host/input/counted.hpp"
+#include "host/input/nearest_word.hpp"
 #include "host/input/readable_folders.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/json/json_fields.hpp"
@@ -299,6 +300,20 @@ void read_stitches(Fields& fields, const json& given, const std::map<std::string
   }
 }
 
+/// A line about panels that nothing sews, and about the key that may have been meant to.
+void note_missing_stitches(const Fields& fields, SewingPattern& pattern) {
+  if (!pattern.stitches.empty()) return;
+  std::vector<std::string> others;
+  for (const std::string& key : fields.present_keys())
+    if (key != "stitches" && key != "panels") others.push_back(key);
+  const auto slip = nearest_word("stitches", others);
+  if (slip)
+    pattern.notes.push_back("pattern." + one_line(*slip) +
+                            ": not read, so nothing is sewn; did you mean \"stitches\"?");
+  else if (pattern.panels.size() > 1)
+    pattern.notes.push_back("pattern.stitches: no stitch, so panels are not sewn");
+}
+
 std::string name_of(const std::string& file) {
   std::string stem = std::filesystem::path(file).stem().string();
   const std::string ending = "_specification";
@@ -338,6 +353,7 @@ SewingPattern read_sewing_pattern(const json& document, const std::string& file)
     fields.refuse("panels", counted(pattern.panels.size(), "panel"),
                   "1 to " + std::to_string(most_panels));
   read_stitches(fields, document.at("pattern"), numbers, pattern);
+  note_missing_stitches(fields, pattern);
   return pattern;
 }
 

@@ -92,6 +92,27 @@ TEST(SewingPattern, ReadsOtherUnitsAndKeysThatItDoesNotKnow) {
   EXPECT_TRUE(pattern.stitches[0].right_wrong);
 }
 
+TEST(SewingPattern, SaysThatNothingIsSewn) {
+  json document = tube();
+  document["pattern"]["panel_order"] = {"front", "rear"};
+  EXPECT_TRUE(pattern_of(document).notes.empty());
+  json& pattern = document["pattern"];
+  const std::vector<std::string> unsewn{"pattern.stitches: no stitch, so panels are not sewn"};
+  const json stitches = pattern["stitches"];
+  pattern["stitches"] = json::array();
+  EXPECT_EQ(pattern_of(document).notes, unsewn);
+  pattern.erase("stitches");
+  EXPECT_EQ(pattern_of(document).notes, unsewn);
+  pattern["stiches"] = stitches;
+  EXPECT_EQ(pattern_of(document).notes,
+            std::vector<std::string>{
+                "pattern.stiches: not read, so nothing is sewn; did you mean \"stitches\"?"});
+  // A scarf has no stitches.
+  pattern.erase("stiches");
+  pattern["panels"].erase("rear");
+  EXPECT_TRUE(pattern_of(document).notes.empty());
+}
+
 /// About x first, then y, then z, all of them axes of the room: (1, 2) in a panel goes to the z
 /// axis with its y by the first turn, which the second takes to the x axis, and the third to the y
 /// axis.

@@ -64,21 +64,17 @@ WEFT_HD_CALL void ZoneQp<Team>::factorize() {
 }
 
 /// The change d = (S + ridge)^-1 b. It climbs the dual all the way: b . d - 1/2 d . S d > 0.
-/// @return false if it would take more passes than there are left
 template <class Team>
-WEFT_HD_CALL bool ZoneQp<Team>::find_direction_by_factors(int passes_max) {
+WEFT_HD_CALL void ZoneQp<Team>::find_direction_by_factors() {
   const Index n = face_count_;
-  const Index passes = 1 + n * n / pairs_of_pass;
-  if (passes > passes_max - passes_) return false;
   const auto row = [&](Index i) { return m_.factor + i * (i + 1) / 2; };
   factorize();
-  passes_ += passes;
+  ++passes_;
   double* x = m_.residual;
   for_each(team_, n, [&](Index i) { x[i] = row(n)[i] / row(i)[i]; });
   for (Index k = n - 1; k > 0; --k)
     for_each(team_, k, [&](Index i) { x[i] -= row(k)[i] / row(i)[i] * x[k]; });
   for_each(team_, n, [&](Index k) { m_.direction[m_.face[k]] = x[k]; });
-  return true;
 }
 
 }  // namespace weft

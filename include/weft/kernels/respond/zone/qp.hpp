@@ -76,16 +76,10 @@ class ZoneQp {
   /// less work than to go on.
   static constexpr int passes_of_progress = 128;
   static constexpr double progress_share = 0.7;
-  /// Share of a multiplier that is nothing.
-  static constexpr double rounding = 1e-12;
-  /// Most steps on a face that loses what would pull, if each takes little.
-  static constexpr int face_steps_max = 16;
   /// Share of the tolerance down to which conjugate gradients bring the residual.
   static constexpr double face_accuracy = 0.1;
   /// Curvature, over that of the diagonal alone, under which a direction counts as flat.
   static constexpr double flat = 1e-13;
-  /// Square of the constraints of a face whose factors count as one pass over it.
-  static constexpr Index pairs_of_pass = 1024;
   /// Share of the diagonal that is added to a matrix that is factorized: redundant constraints
   /// leave it singular.
   static constexpr double ridge = 1e-9;
@@ -125,7 +119,7 @@ class ZoneQp {
   WEFT_HD bool has_factors() const;
   WEFT_HD double coupling(const ZoneConstraint& a, const ZoneConstraint& b) const;
   WEFT_HD_CALL void factorize();
-  WEFT_HD_CALL bool find_direction_by_factors(int passes_max);
+  WEFT_HD_CALL void find_direction_by_factors();
   WEFT_HD_CALL double dual_now();
   WEFT_HD_CALL double dual_along();
   WEFT_HD double energy_of(Index v, const Vec3<double>* u) const;
@@ -295,7 +289,7 @@ WEFT_HD_CALL void ZoneQp<Team>::combine(const double* multipliers, bool of_face,
 /// direction without curvature, which redundant constraints have - the dual has risen all the same.
 template <class Team>
 WEFT_HD_CALL void ZoneQp<Team>::find_direction(int passes_max) {
-  if (has_factors() && find_direction_by_factors(passes_max)) return;
+  if (has_factors()) return find_direction_by_factors();
   for_each(team_, face_count_, [&](Index k) {
     const Index i = m_.face[k];
     m_.direction[i] = m_.search[i] = 0;
@@ -405,26 +399,19 @@ WEFT_HD_CALL bool ZoneQp<Team>::step_ahead(int passes_max) {
 template <class Team>
 WEFT_HD_CALL void ZoneQp<Team>::step_on_face(int passes_max) {
   find_face(0);
-  bool through = false;
-  for (int step = 0; step < face_steps_max && !through && passes_ < passes_max; ++step) {
-    const bool again = has_factors();
-    find_direction(passes_max);
-    const double share = least_of(team_, face_count_, 1.0, [&](Index k) {
-      const Index i = m_.face[k];
-      return m_.direction[i] < 0 ? m_.constraint[i].multiplier / -m_.direction[i] : 1.0;
-    });
-    for_each(team_, count_, [&](Index i) {
-      const double multiplier = m_.constraint[i].multiplier;
-      const bool may_change = m_.on_face[i] != 0;
-      const double cut = multiplier + share * m_.direction[i];
-      m_.cut[i] = may_change && cut > rounding * multiplier ? cut : 0;
-      m_.projected[i] = may_change ? greater(multiplier + m_.direction[i], 0.0) : 0;
-    });
-    const bool goes_on = share < 1 && dual(m_.projected) > dual(m_.cut);
-    take(goes_on ? m_.projected : m_.cut);
-    through = share >= 1 || !again;
-    if (!through) find_face(0);
-  }
+  find_direction(passes_max);
+  const double share = least_of(team_, face_count_, 1.0, [&](Index k) {
+    const Index i = m_.face[k];
+    return m_.direction[i] < 0 ? m_.constraint[i].multiplier / -m_.direction[i] : 1.0;
+  });
+  for_each(team_, count_, [&](Index i) {
+    const double multiplier = m_.constraint[i].multiplier;
+    const bool may_change = m_.on_face[i] != 0;
+    m_.cut[i] = may_change ? greater(multiplier + share * m_.direction[i], 0.0) : 0;
+    m_.projected[i] = may_change ? greater(multiplier + m_.direction[i], 0.0) : 0;
+  });
+  const bool goes_on = share < 1 && dual(m_.projected) > dual(m_.cut);
+  take(goes_on ? m_.projected : m_.cut);
 }
 
 /// 1/2 |u|^2 of a vertex in the norm of the masses.

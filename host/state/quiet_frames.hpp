@@ -11,8 +11,6 @@ namespace weft {
 struct QuietFrames {
   std::int32_t count = 0;
   std::vector<Vec3<double>> since;  ///< [vertices of cloth] [m] where it was before the first
-
-  bool operator==(const QuietFrames&) const = default;
 };
 
 }  // namespace weft

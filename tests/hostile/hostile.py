@@ -386,8 +386,9 @@ class Mutants:
         problems = sandbox.told_problems(outcome) + sandbox.leaks(outcome, box.out)
         codes = [VALID] if undamaged else [VALID, REFUSED, FAILED]
         if outcome.stopped and not undamaged:
-            # A scene may ask for many steps: then it has begun, and ends when it is told to.
-            if outcome.code != STOPPED or not (box.out / "steps.jsonl").is_file():
+            # A scene may ask for many steps: then it has begun, and ends when it is told to, or
+            # has reached its end by itself by then.
+            if not (box.out / "steps.jsonl").is_file():
                 problems.append("took too long, and does no steps")
             codes.append(STOPPED)
         problems += outcome_problems(outcome, codes, [])

@@ -44,6 +44,8 @@ DRAPES = (
     ("4x-nvidia-h200", "499_4", "`sphere`, stiff", None),
     ("4x-nvidia-h200", "699_4", "`sphere`, stiff", None),
 )
+# Offset geometric contact (Chen et al. 2025), ms per step of 50 layers.
+LAYERS = 6.3
 # Times as fast as ARCSim on one thread that adaptive meshes should be.
 ARCSIM_AIM = 10
 # Koh, Narain and O'Brien 2015, Table 1: how many times as fast view is as adaptive.
@@ -127,6 +129,16 @@ def fold_rows(latest):
     return rows
 
 
+def layer_rows(latest):
+    machine = "1x-nvidia-h200"
+    result = read_cases(latest / machine / "drape.json")["layers_50"]
+    run = result["series"][0]["samples"][0]
+    mean = 1000 * run["wall_s"] / run["steps"]
+    return [["`stack`, 50 layers, steps of 5 ms", f"{result['triangle_count']:,}",
+             f"{mean:.3g} ms per step", f"Chen et al. 2025: {LAYERS} ms per step",
+             shown(LAYERS / mean), machine, commit_of(result), command_of(result)]]
+
+
 def arcsim_rows(latest):
     machine, rows = "2x-intel-xeon", []
     for case, result in read_cases(latest / machine / "adaptive.json").items():
@@ -202,7 +214,8 @@ def table(paths):
         raise BadInput(f"{len(paths)} folders; one at a time")
     texts = []
     for title, makers in (("P-Cloth", [pcloth_rows]), ("Drapes", [drape_rows, fold_rows]),
-                          ("Peers", [arcsim_rows, view_rows, asynchronous_rows, sliced_rows])):
+                          ("Peers", [layer_rows, arcsim_rows, view_rows, asynchronous_rows,
+                                     sliced_rows])):
         try:
             rows = [row for make in makers for row in make(paths[0])]
         except (KeyError, TypeError, ValueError, IndexError, StopIteration) as error:

@@ -440,25 +440,41 @@ void warn_of_displaced(const std::vector<Frame>& frames, const std::vector<Outco
   fmt::print(stderr, "weft: warning: {}\n", one_line(text));
 }
 
+/// report.json of a run; none: the input is no run.
+std::optional<Json> report_of(const std::string& input) {
+  const RunDirectory directory(input);
+  if (!is_there(directory.steps())) return std::nullopt;
+  return Json::parse(bytes_if_readable(directory.report()), nullptr, false);
+}
+
+/// Why a run is not whole; empty: it is, or the input is no run.
+std::string incomplete(const std::string& input) {
+  const std::optional<Json> report = report_of(input);
+  if (!report) return {};
+  if (!report->is_object()) return "has no report.json, so it goes on or was killed";
+  if (!report->contains("failure") || !(*report)["failure"].is_string()) return {};
+  return "is not whole: " + (*report)["failure"].get<std::string>();
+}
+
 /// Frames of a run that failed, or was killed, are clean too: a line for each directory of a run
 /// that is not whole.
 void warn_of_incomplete(const std::vector<std::string>& inputs) {
-  for (const std::string& input : inputs) {
-    const RunDirectory directory(input);
-    if (!is_there(directory.steps())) continue;
-    const Json report = Json::parse(bytes_if_readable(directory.report()), nullptr, false);
-    std::string why;
-    if (!report.is_object())
-      why = "has no report.json, so it goes on or was killed";
-    else if (report.contains("failure") && report["failure"].is_string())
-      why = "is not whole: " + report["failure"].get<std::string>();
-    if (!why.empty())
+  for (const std::string& input : inputs)
+    if (const std::string why = incomplete(input); !why.empty())
       fmt::print(stderr, "weft: warning: {}\n", one_line(input + ": the run " + why));
-  }
+}
+
+/// Why the last frame of a run is not where its cloth is to end; empty: it is, or the input is no
+/// run.
+std::string why_unfinished(const std::string& input) {
+  if (const std::string why = incomplete(input); !why.empty()) return "the run " + why;
+  const std::optional<Json> report = report_of(input);
+  const Json no = false;
+  return report && report->value("rested", Json()) == no ? "has not come to rest" : "";
 }
 
 /// Whether garments are worn at the end of each input, with a line for each garment, or for each of
-/// its faults.
+/// its faults. What is not whole, or does not rest, is not worn yet.
 /// @param text whether to print these
 /// @return a garment an entry
 Json check_all_worn(const CheckRequest& request, bool text, bool& all_worn) {
@@ -469,11 +485,13 @@ Json check_all_worn(const CheckRequest& request, bool text, bool& all_worn) {
     one.obstacle = request.obstacle;
     one.sewn = request.sewn || options_of_run(input).sewn;
     one.allowed = request.allowed;
-    const WornOutcome outcome = check_worn(one);
+    WornOutcome outcome = check_worn(one);
     if (text && !outcome.start_known)
       fmt::print("{}\n", one_line(input + ": the start is not known, so labels and openings alone "
                                           "decide; --start or --allow-path may help"));
-    for (const lab::GarmentVerdict& garment : outcome.garments) {
+    const std::string unfinished = why_unfinished(input);
+    for (lab::GarmentVerdict& garment : outcome.garments) {
+      if (!unfinished.empty()) garment.faults.push_back(unfinished);
       const std::string name = input + ": garment " + garment.name + ": ";
       if (text && garment.worn()) fmt::print("{}\n", one_line(name + "worn"));
       for (const std::string& fault : garment.faults)

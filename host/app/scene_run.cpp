@@ -37,6 +37,9 @@ struct Origin {
   std::vector<std::string> warnings{};  ///< to be said once the run goes on
 };
 
+/// Of a cloth's weight: what attached edges bear of it is said from this share on.
+constexpr double borne_share_named = 0.01;
+
 /// Resumes from a checkpoint; with --resume-changed from that of another scene too.
 Origin resume_from(Simulation& simulation, const fs::path& file, const RunRequest& request) {
   const auto changes =
@@ -364,6 +367,7 @@ int SceneRun::finish(const std::optional<std::string>& failure, ExitCode code,
   const bool preview = draws_preview(request_) && code != stopped &&
                        write_preview(directory_, simulation_.scene(), meshes, simulation_.time());
   if (code == done) print_rest();
+  if (code == done) print_attachments();
   if (code == done) print_summary(preview);
   if (live_) live_->end(failure.value_or("all frames are done"));
   return code;
@@ -382,6 +386,15 @@ void SceneRun::print_rest() const {
         "somewhere, {:.3g} % may\n",
         counted(simulation_.frame_number(), "frame"), 100 * rest.moving_share,
         100 * moving_share_max, 100 * rest.displaced_share, 100 * displaced_share_max);
+}
+
+/// Cloth at rest may hang from what held it at the start.
+void SceneRun::print_attachments() const {
+  if (simulation_.scene().garment_starts.empty()) return;
+  for (const HandleState& handle : simulation_.handles())
+    if (handle.weight_share >= borne_share_named)
+      show(stdout, "attached edges of \"{}\" bear {:.3g} % of its weight\n", handle.cloth,
+           100 * handle.weight_share);
 }
 
 void SceneRun::print_summary(bool preview) const {

@@ -75,6 +75,7 @@ class SceneRun {
              const std::optional<Vec3<double>>& place = {});
   void print_garments() const;
   void print_rest() const;
+  void print_attachments() const;
   void print_summary(bool preview) const;
   double lap();
 

@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "host/base/large_pages.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -173,6 +174,7 @@ void* HostDevice::allocate(std::size_t bytes) {
   if (memory == nullptr)
     throw DeviceError("out of memory: " + name() + " asked for " + std::to_string(bytes) +
                       " bytes and holds " + std::to_string(held_bytes_.load()));
+  ask_for_large_pages(memory, bytes);
   // All bits set is a quiet NaN in float and double, and an index that no span admits.
   if (poison_) std::memset(memory, 0xff, bytes);
   ++allocation_count_;

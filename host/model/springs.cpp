@@ -148,6 +148,14 @@ std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, d
   return springs;
 }
 
+std::vector<Spring<double>> springs_of(const Scene& scene, const Model& model, const Handle& handle,
+                                       double time) {
+  std::vector<Spring<double>> springs;
+  std::vector<Vec3<double>> placed;
+  add_handle(scene, model, handle, time, placed, springs);
+  return springs;
+}
+
 bool any_seam_open(const Scene& scene, const Model& model) {
   const std::vector<SeamPair> pairs = seam_pairs(scene);
   return std::any_of(pairs.begin(), pairs.end(), [&](const SeamPair& pair) {

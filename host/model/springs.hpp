@@ -18,6 +18,10 @@ namespace weft {
 std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, double time,
                                        double step = std::numeric_limits<double>::infinity());
 
+/// Those of one handle, see springs_at().
+std::vector<Spring<double>> springs_of(const Scene& scene, const Model& model, const Handle& handle,
+                                       double time);
+
 /// [ramp times] how long the springs of a seam that must weld grow stiffer. A gathered edge resists
 /// with its stretch stiffness: at 2 to 1 it stays open by millimetres under the stiffness that sews
 /// edges of one length.

@@ -14,6 +14,7 @@
 #include "host/scene/intersection_check.hpp"
 #include "host/scene/origin.hpp"
 #include "host/scene/part_check.hpp"
+#include "host/simulation/handle_states.hpp"
 #include "host/simulation/remesh_step.hpp"
 #include "host/simulation/seam_states.hpp"
 #include "host/simulation/sew.hpp"
@@ -200,6 +201,10 @@ Energy LiveScene::energy() {
 
 std::vector<SeamState> LiveScene::seams() {
   return visit([this](auto& run) { return seam_states(seams_as_read_, sewing_, run.store); });
+}
+
+std::vector<HandleState> LiveScene::handles() {
+  return visit([](auto& run) { return handle_states(run.store); });
 }
 
 std::int64_t LiveScene::open_seam_pairs() const {

@@ -15,6 +15,7 @@
 #include "host/simulation/sew.hpp"
 #include "host/state/checkpoint.hpp"
 #include "weft/devices.hpp"
+#include "weft/handle_state.hpp"
 #include "weft/report.hpp"
 #include "weft/seam_state.hpp"
 
@@ -47,6 +48,7 @@ class LiveScene {
   int frame_number();
   Energy energy();
   std::vector<SeamState> seams();
+  std::vector<HandleState> handles();
 
   /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
   /// Not only at the end of a frame: pairs that have met and go on pulling for long fold the cloth

@@ -228,6 +228,10 @@ std::vector<SeamState> Simulation::seams() const {
   return implementation_->alone()->seams();
 }
 
+std::vector<HandleState> Simulation::handles() const {
+  return implementation_->alone()->handles();
+}
+
 std::uint64_t Simulation::state_hash() const {
   return implementation_->alone()->visit(
       [](auto& run) { return hash_state(run.store.model(), run.store.snapshot()); });

@@ -12,6 +12,7 @@
 #include "weft/device_positions.hpp"
 #include "weft/devices.hpp"
 #include "weft/frame.hpp"
+#include "weft/handle_state.hpp"
 #include "weft/report.hpp"
 #include "weft/rest_state.hpp"
 #include "weft/scene.hpp"
@@ -129,6 +130,8 @@ class Simulation {
   RestState rest() const;
   /// How far each seam has been sewn, in the order of the scene as it was given.
   std::vector<SeamState> seams() const;
+  /// What each handle of the scene does to its cloth now, in the order of Scene::handles.
+  std::vector<HandleState> handles() const;
 
   /// FNV-1a, 64 bits, at run precision, over topology, positions and velocities in input order, the
   /// contact cache, and the state of driven obstacles. Positions are relative to origin(), which is

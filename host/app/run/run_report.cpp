@@ -39,6 +39,16 @@ Json garments_json(const Scene& scene) {
   return list;
 }
 
+/// What handles, and the attachments of garments, do to cloth at the end.
+Json handles_json(const std::vector<HandleState>& handles) {
+  Json list = Json::array();
+  for (const HandleState& handle : handles)
+    list.push_back({{"cloth", handle.cloth},
+                    {"force_n", place_json(handle.force)},
+                    {"weight_share", handle.weight_share}});
+  return list;
+}
+
 /// How many steps went down to which fallback level.
 Json fallback_levels_json(const RunTotals& totals) {
   Json json;
@@ -155,6 +165,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
               {"state_hash", hash_text(simulation.state_hash())}};
   if (scene.method == "asynchronous") report["asynchronous"] = json_of(totals.asynchronous);
   if (!scene.garment_starts.empty()) report["garments"] = garments_json(scene);
+  if (!scene.handles.empty()) report["handles"] = handles_json(simulation.handles());
   if (!scene.seams.empty()) report["seams"] = seams_json(simulation.seams());
   if (totals.balance.rows.even > 0) report["balance"] = json_of(totals.balance);
   if (totals.automatic.steps > 0)

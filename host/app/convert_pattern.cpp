@@ -20,7 +20,7 @@
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "host/lab/worn/waist.hpp"
-#include "host/scene/fabric/fabrics.hpp"
+#include "host/scene/required_fabric.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
@@ -93,11 +93,9 @@ std::string cloth_name(const std::string& text) {
 Input read_input(const std::string& file, double edge, const std::string& stem,
                  std::vector<Input>& known, std::vector<std::string>& notes) {
   Input input{file, io::parse_json(read_file_bytes(file), file), {}, {}};
-  if (!io::is_sewing_pattern(input.document))
-    throw SceneError(file, "pattern", "missing",
-                     "a specification of GarmentCode, with \"pattern\" and its \"panels\"");
+  io::require_sewing_pattern(input.document, file);
   const io::SewingPattern pattern = io::read_sewing_pattern(input.document, file);
-  input.garment = io::make_garment(pattern, edge);
+  input.garment = io::make_garment(pattern, edge, {"", "--edge"});
   notes.insert(notes.end(), input.garment.notes.begin(), input.garment.notes.end());
   const std::string name = cloth_name(pattern.name);
   const auto taken = [&](const std::string& text) {
@@ -147,7 +145,7 @@ void refuse_own_copy(const fs::path& copy, const std::string& input, const std::
 
 std::vector<std::string> convert_patterns(const PatternRequest& request) {
   io::GarmentSceneRequest scene;
-  scene.fabric = fabric(request.fabric).name;
+  scene.fabric = required_fabric(request.fabric, "--fabric").name;
   scene.edge = request.edge;
   if (!(request.edge > 0))
     throw SceneError("", "--edge", fmt::format("{}", request.edge), "a length > 0 m");

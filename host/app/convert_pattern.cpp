@@ -17,6 +17,7 @@
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/pattern/garment_on_body.hpp"
 #include "host/io/pattern/garment_scene.hpp"
+#include "host/io/pattern/panel_placement.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "host/lab/worn/waist.hpp"
@@ -173,6 +174,8 @@ std::vector<std::string> convert_patterns(const PatternRequest& request) {
     refuse_own_copy(folder / scene.body_file, request.body, "--body");
     const Mesh body = read_body(request.body, inputs, notes);
     for (const Input& input : inputs) {
+      for (const std::string& line : io::misplaced_panels(input.garment, body))
+        notes.push_back(input.file + ": " + line);
       io::refuse_far_panels(input.garment, body, input.file);
       io::refuse_other_size(input.garment, body, input.document, input.file);
       if (!worn(input, body))

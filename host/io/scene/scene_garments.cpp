@@ -11,6 +11,7 @@
 #include "host/input/nearest_word.hpp"
 #include "host/input/quantity.hpp"
 #include "host/io/pattern/arm_clearance.hpp"
+#include "host/io/pattern/panel_placement.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "host/io/scene/file_axes.hpp"
@@ -298,6 +299,8 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
       beside.clear();
     }
     take_to_places(entry);
+    for (const std::string& line : misplaced_panels(entry.garment, body))
+      scene.warnings.push_back(entry.file + ": " + line);
     refuse_far_panels(entry.garment, body, entry.file);
     if (entry.start != SewnStart::welded) {
       apart[order[k]] = entry.garment;

@@ -10,8 +10,11 @@
 #include <iostream>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/lab/worn/front_and_back.hpp"
 #include "host/lab/worn/loops.hpp"
 #include "tests/unit/lab/worn/dressed.hpp"
 
@@ -171,6 +174,39 @@ TEST(Worn, AHemGoesOnAlongASeamOfThreeSheets) {
   for (Vec3<double>& x : beside.positions) x[1] += 1;
   const std::string faults = faults_of(verdict(beside));
   EXPECT_NE(faults.find("opening at skirt: around nothing"), std::string::npos) << faults;
+}
+
+TEST(Worn, NamesOfPanelsTellFrontFromBack) {
+  for (const GarmentKind kind : {GarmentKind::shirt, GarmentKind::skirt}) {
+    Rng rng(7);
+    Dressed d = dress(kind, {}, true, rng);
+    std::vector<Capsule> capsules = capsules_of({});
+    for (Capsule& c : capsules)
+      if (c.name.starts_with("foot")) c.b[1] += 0.1;  // as long as feet are
+    const auto wear_on = [&](const std::vector<Capsule>& body) {
+      d.body = surface_of(body, 0.04);
+      d.body_start = d.body.positions;
+    };
+    wear_on(capsules);
+    EXPECT_EQ(faults_of(verdict_on(d)), "");
+    ASSERT_EQ(d.cloth.group_names[0], "front");
+    ASSERT_EQ(d.cloth.group_names[1], "back");
+    std::swap(d.cloth.group_names[0], d.cloth.group_names[1]);
+    EXPECT_EQ(faults_of(verdict_on(d)), "\n  is worn back to front, by the names of its panels");
+    // Nothing tells where a body without feet looks.
+    std::erase_if(capsules, [](const Capsule& c) { return c.name.starts_with("foot"); });
+    wear_on(capsules);
+    EXPECT_EQ(faults_of(verdict_on(d)), "");
+  }
+}
+
+TEST(Worn, PanelNamesSayWhereTheyAre) {
+  for (const char* name : {"front", "left_front", "wb_f", "right_ftorso", "Front-2"})
+    EXPECT_EQ(panel_side(name), PanelSide::front) << name;
+  for (const char* name : {"back", "REAR", "c_b", "left_btorso", "back3"})
+    EXPECT_EQ(panel_side(name), PanelSide::back) << name;
+  for (const char* name : {"", "sleeve", "front_back", "backpack", "left_strap"})
+    EXPECT_EQ(panel_side(name), PanelSide::unknown) << name;
 }
 
 TEST(Worn, SegmentationSaysWhatIsAnArm) {

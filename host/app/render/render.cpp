@@ -317,7 +317,7 @@ class Rendering {
     for (std::size_t place = 0; place < sequence_->frames().size(); ++place) {
       const io::FrameMeshes frame = meshes(place);
       io::add_to_subject(subject, frame.cloths, frame.obstacles);
-      if (std::find(places_.begin(), places_.end(), place) != places_.end()) coloring_.see(frame);
+      if (std::binary_search(places_.begin(), places_.end(), place)) coloring_.see(frame);
     }
     coloring_.settle();
     middle_ = 0.5 * (subject.low + subject.high);

@@ -23,8 +23,9 @@ constexpr double widest_seam = 0.45;
 /// [m] Points are looked at this far from where they are: a ray must not pass through a vertex.
 constexpr Vec3<double> beside{1.3e-7, 2.1e-7, 3.7e-7};
 
-/// Whether a ray along an axis does not leave as often as it enters.
-bool leaves(const SurfaceTree& surface, const Vec3<double>& from, int axis) {
+/// Whether a ray along an axis leaves a surface more often than it enters, or less often where that
+/// faces inwards.
+bool starts_within(const SurfaceTree& surface, const Vec3<double>& from, int axis) {
   const int u = (axis + 1) % 3, w = (axis + 2) % 3;
   Aabb ray;
   ray.include(from);
@@ -50,7 +51,7 @@ bool leaves(const SurfaceTree& surface, const Vec3<double>& from, int axis) {
 /// Along most axes, since surfaces may be open.
 bool is_within(const SurfaceTree& surface, const Vec3<double>& x) {
   int votes = 0;
-  for (int axis = 0; axis < 3; ++axis) votes += leaves(surface, x + beside, axis) ? 1 : 0;
+  for (int axis = 0; axis < 3; ++axis) votes += starts_within(surface, x + beside, axis) ? 1 : 0;
   return votes >= 2;
 }
 
@@ -80,9 +81,9 @@ std::string panels_within(const Garment& garment, const Mesh& body) {
 }
 
 const std::string& panel_of(const Garment& garment, Index vertex) {
-  const auto after = std::upper_bound(
-      garment.panels.begin(), garment.panels.end(), vertex,
-      [](Index v, const GarmentPanel& panel) { return v < panel.first_vertex; });
+  const auto after =
+      std::upper_bound(garment.panels.begin(), garment.panels.end(), vertex,
+                       [](Index v, const GarmentPanel& panel) { return v < panel.first_vertex; });
   return std::prev(after)->name;
 }
 
@@ -108,9 +109,9 @@ std::string wide_seams(const Garment& garment, const Mesh& body) {
   return "pattern.stitches[" + std::to_string(widest->stitch) + "]: " + panel_of(garment, a) +
          " and " + panel_of(garment, b) + " are sewn together, but stand " + metres(largest) +
          " apart" +
-         (count > 1 ? ", and the sides of " + counted(count - 1, "more stitch") + " over " +
-                          metres(most)
-                    : "") +
+         (count > 1
+              ? ", and the sides of " + counted(count - 1, "more stitch") + " over " + metres(most)
+              : "") +
          "; does each panel stand on its own side of the body?";
 }
 

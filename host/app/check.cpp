@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -178,6 +179,7 @@ bool holds_several(const fs::path& path) {
 std::vector<Frame> frames_of(const CheckRequest& request) {
   std::vector<Frame> frames;
   for (const auto& input : request.inputs) {
+    if (!is_there(input)) fail_on(input, "read", ENOENT);
     if (fs::is_directory(input)) {
       auto run = frames_of_run(input, request.obstacle);
       const lab::ValidatorOptions options = options_of_run(input);

@@ -343,8 +343,11 @@ void convert_scene(const ConvertRequest& request) {
     make_folder_of(request.output);
     return convert_outlines(request.input, request.output);
   }
-  const bool is_pattern =
-      io::is_sewing_pattern(io::parse_json(read_file_bytes(request.input), request.input));
+  const auto document = io::parse_json(read_file_bytes(request.input), request.input);
+  const bool is_pattern = io::is_sewing_pattern(document);
+  if (!io::is_arcsim_scene(document) &&
+      (io::resembles_sewing_pattern(document) || !request.pattern_options.empty()))
+    io::require_sewing_pattern(document, request.input);
   make_folder_of(request.output);
   std::vector<std::string> lines;
   if (is_pattern) {

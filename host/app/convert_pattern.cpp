@@ -17,10 +17,11 @@
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/pattern/garment_on_body.hpp"
 #include "host/io/pattern/garment_scene.hpp"
+#include "host/io/pattern/panel_placement.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "host/lab/worn/waist.hpp"
-#include "host/scene/fabric/fabrics.hpp"
+#include "host/scene/required_fabric.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
@@ -93,11 +94,9 @@ std::string cloth_name(const std::string& text) {
 Input read_input(const std::string& file, double edge, const std::string& stem,
                  std::vector<Input>& known, std::vector<std::string>& notes) {
   Input input{file, io::parse_json(read_file_bytes(file), file), {}, {}};
-  if (!io::is_sewing_pattern(input.document))
-    throw SceneError(file, "pattern", "missing",
-                     "a specification of GarmentCode, with \"pattern\" and its \"panels\"");
+  io::require_sewing_pattern(input.document, file);
   const io::SewingPattern pattern = io::read_sewing_pattern(input.document, file);
-  input.garment = io::make_garment(pattern, edge);
+  input.garment = io::make_garment(pattern, edge, {"", "--edge"});
   notes.insert(notes.end(), input.garment.notes.begin(), input.garment.notes.end());
   const std::string name = cloth_name(pattern.name);
   const auto taken = [&](const std::string& text) {
@@ -147,7 +146,7 @@ void refuse_own_copy(const fs::path& copy, const std::string& input, const std::
 
 std::vector<std::string> convert_patterns(const PatternRequest& request) {
   io::GarmentSceneRequest scene;
-  scene.fabric = fabric(request.fabric).name;
+  scene.fabric = required_fabric(request.fabric, "--fabric").name;
   scene.edge = request.edge;
   if (!(request.edge > 0))
     throw SceneError("", "--edge", fmt::format("{}", request.edge), "a length > 0 m");
@@ -175,6 +174,8 @@ std::vector<std::string> convert_patterns(const PatternRequest& request) {
     refuse_own_copy(folder / scene.body_file, request.body, "--body");
     const Mesh body = read_body(request.body, inputs, notes);
     for (const Input& input : inputs) {
+      for (const std::string& line : io::misplaced_panels(input.garment, body))
+        notes.push_back(input.file + ": " + line);
       io::refuse_far_panels(input.garment, body, input.file);
       io::refuse_other_size(input.garment, body, input.document, input.file);
       if (!worn(input, body))

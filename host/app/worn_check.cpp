@@ -73,7 +73,7 @@ lab::BodySegmentation read_segmentation(const std::string& file, std::size_t ver
 }
 
 /// All cloths as one mesh whose parts are their panels: the labels of these, else parts, else
-/// groups, else the cloths.
+/// groups, else the cloths. Its groups are called by all names of a panel.
 Mesh with_panels(const std::vector<NamedMesh>& cloths) {
   Mesh all = io::joined(cloths);
   for (const auto& [name, mesh] : cloths) {
@@ -83,6 +83,12 @@ Mesh with_panels(const std::vector<NamedMesh>& cloths) {
     std::vector<std::string> names = !any    ? std::vector{name.empty() ? "cloth" : name}
                                      : parts ? mesh.part_names
                                              : mesh.group_names;
+    for (std::size_t t = 0; t < count; ++t) {
+      std::string called = mesh.group.size() == count ? mesh.group_names[at(mesh.group[t])] : "";
+      if (parts) called += " " + mesh.part_names[at(mesh.part[t])];
+      if (t == 0 || called != all.group_names.back()) all.group_names.push_back(called);
+      all.group.push_back(static_cast<Index>(all.group_names.size()) - 1);
+    }
     for (std::size_t p = 0; parts && p < mesh.part_labels.size(); ++p)
       if (!mesh.part_labels[p].empty()) names[p] = mesh.part_labels[p];
     // Panels of one label count as one.
@@ -114,6 +120,8 @@ void take_panels(const Scene& scene, Mesh& frame) {
     return;
   frame.part = std::move(given.part);
   frame.part_names = std::move(given.part_names);
+  frame.group = std::move(given.group);
+  frame.group_names = std::move(given.group_names);
 }
 
 /// Calls garments as the cloths that they are, with their panels where a cloth is several garments.

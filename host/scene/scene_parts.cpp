@@ -8,9 +8,8 @@
 
 #include "host/geometry/mesh_groups.hpp"
 #include "host/input/checker.hpp"
-#include "host/input/nearest_word.hpp"
-#include "host/scene/fabric/fabrics.hpp"
 #include "host/scene/part_check.hpp"
+#include "host/scene/required_fabric.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
 #include "weft/scene.hpp"
@@ -79,17 +78,7 @@ PinId Scene::pin(ClothId cloth, const VertexGroup& group) {
 }
 
 Material fabric(const std::string& name) {
-  const Fabric* found = find_fabric(name);
-  if (found == nullptr) {
-    std::string list;
-    std::vector<std::string> names;
-    for (const Fabric& known : fabrics()) {
-      list += (list.empty() ? "" : ", ") + std::string(known.name);
-      names.emplace_back(known.name);
-    }
-    throw SceneError({}, "fabric", "\"" + name + "\"", list + did_you_mean(name, names));
-  }
-  Material material = found->material;
+  Material material = required_fabric(name, "fabric").material;
   material.name = name;
   return material;
 }

@@ -36,6 +36,10 @@ FrameClock::FixedStep FrameClock::next_fixed(std::int64_t number, double now) co
   return {length, counts(now, number - 1) ? static_cast<double>(number) * length : now + length};
 }
 
+double FrameClock::latest_end(std::int64_t number, double now, double next) const {
+  return automatic() ? control_->next(next, now).end : next_fixed(number, now).end;
+}
+
 bool FrameClock::counts(double now, std::int64_t steps) const {
   return automatic() || now == static_cast<double>(steps) * frame_step_length(time_);
 }

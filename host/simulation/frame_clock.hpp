@@ -37,6 +37,10 @@ class FrameClock {
   /// @param now [s]   @pre not automatic()
   FixedStep next_fixed(std::int64_t number, double now) const;
 
+  /// [s] The latest time at which the step of this number may end.
+  /// @param now [s]   @param next [s] that an automatic step may have
+  double latest_end(std::int64_t number, double now, double next) const;
+
   /// Whether a time is that of so many of the scene's steps, and not what frames of the program's
   /// own lengths have made of it.
   bool counts(double now, std::int64_t steps) const;

@@ -265,6 +265,19 @@ double LiveScene::sew(bool frame_ends, StepReport& report) {
   return changed + let_fall();
 }
 
+bool LiveScene::may_stop_sewing() {
+  if (devices_.stop_flag() == nullptr || !weightless_ || sewing_.complete()) return false;
+  return end_of_pull() <= visit([this](auto& run) {
+           return clock_.latest_end(run.store.step_number + 1, run.store.time, run.store.next_step);
+         });
+}
+
+void LiveScene::undo_step(const std::string& checkpoint) {
+  const RestCount rest = rest_;
+  resume(CheckpointReader(checkpoint, "state"), true);
+  rest_ = rest;
+}
+
 double LiveScene::weld_share_at_frame_end() {
   const int frame = frame_number();
   if (frame % frames_per_straggler == 0 || frame >= scene_.time.frames ||

@@ -55,7 +55,12 @@ class LiveScene {
   /// beside them in between.
   /// @param report of the step that ends, counts the searches for collisions
   /// @return [J] change of the cloth's energy
+  /// @throws StoppedError if the devices are stopped, half done: see may_stop_sewing()
   double sew(bool frame_ends, StepReport& report);
+  /// Whether the devices may be stopped while sew() works at the end of the next step.
+  bool may_stop_sewing();
+  /// Goes back to a checkpoint() from before a step.
+  void undo_step(const std::string& checkpoint);
   /// Brings the meshes of an adaptive method to what their state asks for.
   RemeshReport remesh();
   /// Of the present state; empty if no material has strain limits.

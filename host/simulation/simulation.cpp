@@ -18,6 +18,7 @@
 #include "host/simulation/state_energy.hpp"
 #include "host/state/progress_board.hpp"
 #include "weft/core/at.hpp"
+#include "weft/error.hpp"
 
 namespace weft {
 namespace {
@@ -125,6 +126,7 @@ StepReport Simulation::step() {
   LiveScene& live = implementation_->live;
   ProgressBoard& board = implementation_->board;
   const ShownStep shown(board, live.step_number() + 1);
+  const std::string undone = live.may_stop_sewing() ? live.checkpoint() : std::string();
   StepReport report = live.visit([&](auto& run) {
     StepReport r;
     r.number = run.store.step_number + 1;
@@ -137,7 +139,15 @@ StepReport Simulation::step() {
     const bool frame_ends = live.at_frame_end();
     if (frame_ends) board.enter(StepStage::remeshing);
     double changed = 0;
-    if (frame_ends || report.number % weld_interval == 0) changed += live.sew(frame_ends, report);
+    try {
+      if (frame_ends || report.number % weld_interval == 0) changed += live.sew(frame_ends, report);
+    } catch (const StoppedError&) {
+      live.undo_step(undone);
+      report.failure = Failure::stopped;
+      report.time = live.time();
+      report.open_seam_pairs = live.open_seam_pairs();
+      return report;
+    }
     if (frame_ends && remeshes(scene())) {
       const double before = total(live.energy());
       report.remesh = live.remesh();

@@ -153,7 +153,13 @@ TEST_F(Garments, WrongInputGetsOneLine) {
   };
   refused({"convert", skirt(), "a.json", "--edge", "0"}, "--edge: 0;");
   refused({"convert", skirt(), "a.json", "--edge", "nan"}, "--edge: nan;");
-  refused({"convert", skirt(), "a.json", "--fabric", "tweed"}, "tweed");
+  refused({"convert", skirt(), "a.json", "--fabric", "tweed"}, "weft: --fabric: \"tweed\"");
+  refused({"convert", skirt(), "a.json", "--edge", "1e-5"}, "weft: --edge: 1e-5 m");
+  const Json inner = Json::parse(text_of(skirt())).at("pattern");
+  refused({"convert", write("inner.json", inner.dump()), "a.json"},
+          "inner.json: panels: outside of \"pattern\"");
+  refused({"convert", write("other.json", R"({"panel": 1})"), "a.json", "--body", "b.obj"},
+          "other.json: pattern: missing");
   refused({"convert", skirt(), "a.json", "--body", "nobody.obj"}, "nobody.obj");
   refused({"convert", write("cut.json", text_of(skirt()).substr(0, 900)), "a.json"}, "cut.json");
   Json open = Json::parse(text_of(skirt()));
@@ -190,6 +196,16 @@ TEST_F(Garments, WrongInputGetsOneLine) {
       {R"({"edge": 1})", "garments[0].attach[0]"}};
   for (const auto& [entry, what] : wrong)
     refused({"run", attached(entry), "-o", "out", "--no-preview"}, what);
+  const auto made_of = [&](const char* entry) {
+    return write("made.json",
+                 R"({"garments": [{"pattern": "own.json", )" + std::string(entry) + "}]}");
+  };
+  const std::pair<const char*, const char*> odd[] = {
+      {R"("edge": 1e-5)", "made.json: garments[0].edge: 1e-5 m"},
+      {R"("fabric": {"collar": "silk", "*": "wool"})", "garments[0].fabric.collar: unknown key;"},
+      {R"("fabric": {"left_front": "silk"})", "garments[0].fabric.left_back: missing;"}};
+  for (const auto& [entry, what] : odd)
+    refused({"run", made_of(entry), "-o", "out", "--no-preview"}, what);
   // A scene reads patterns only below its own folder.
   const Json outside{{"garments", {{{"pattern", skirt()}}}}};
   refused({"run", write("outside.json", outside.dump()), "-o", "out", "--no-preview"},

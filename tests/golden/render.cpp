@@ -117,6 +117,14 @@ TEST_F(RenderSubcommand, ColoursAndEdgesChangeThePicture) {
   }
 }
 
+TEST_F(RenderSubcommand, ColourScalesAreThoseOfTheFramesShown) {
+  for (const std::string color : {"height", "strain"}) {
+    ASSERT_EQ(render({"--color", color, "-o", color}), 0) << err_;
+    ASSERT_EQ(render({"--color", color, "--frames", "1", "-o", color + "_one"}), 0) << err_;
+    EXPECT_NE(text_of(at(color + "/00001.png")), text_of(at(color + "_one/00001.png")));
+  }
+}
+
 TEST_F(RenderSubcommand, SceneCameraDecidesUnlessItIsLeftOut) {
   ASSERT_EQ(run("filmed", {"--frames", "1", "--set",
                            R"(camera={"resolution": [40, 30], "keys": [)"

@@ -113,7 +113,7 @@ ROOMS = {
         "app/run",
     ),
     "app/manual": (),
-    "app/new": ("base", "input", "geometry", "scene/fabric", "scene", "io/mesh", "io/scene"),
+    "app/new": ("base", "input", "geometry", "scene", "io/mesh", "io/scene"),
     "app/view": (
         "base", "input", "geometry", "io/mesh", "io/animation", "render", "app/process", "app/run", "app/render",
     ),

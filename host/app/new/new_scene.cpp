@@ -29,8 +29,8 @@
 #include "host/io/scene/scene_file.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/scene/defaults.hpp"
-#include "host/scene/fabric/fabrics.hpp"
 #include "host/scene/motion.hpp"
+#include "host/scene/required_fabric.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -208,7 +208,7 @@ SceneDraft draft_of(const NewRequest& request) {
                  : Guess{request.up, "given by --up"};
   draft.cloth_file = named_from(folder, request.cloth);
   draft.textured = !cloth.material.empty();
-  draft.fabric = fabric(request.fabric).name;
+  draft.fabric = required_fabric(request.fabric, "--fabric").name;
   draft.fabric_facts = fabric_facts(draft.fabric);
   if (!request.body.empty()) draft.body_file = named_from(folder, request.body);
   return draft;

@@ -115,7 +115,7 @@ class Coloring {
   bool has_numbers() const { return kind_ != Kind::cloth; }
   bool is_of_edges() const { return kind_ == Kind::view; }
 
-  /// Widens the range by one frame of the run.
+  /// Widens the range by one frame that is shown.
   void see(const io::FrameMeshes& meshes) {
     if (range_ || (kind_ != Kind::strain && kind_ != Kind::height)) return;
     const io::CornerValues values = numbers(meshes, 0);
@@ -127,7 +127,7 @@ class Coloring {
     seen_low_ = std::min(seen_low_, extent->low);
   }
 
-  /// After see() of all frames.
+  /// After see() of all of these.
   /// @throws SceneError if there is nothing to show
   void settle() {
     if (range_ || kind_ == Kind::cloth) return;
@@ -310,14 +310,14 @@ class Rendering {
     return frustum_wires(*drawn_, time_of(place), middle_);
   }
 
-  /// Goes through all frames of the run, those that get no picture too: a part of a motion is shown
-  /// as the whole would be.
+  /// Goes through all frames of the run, those that get no picture too: the camera shows a part of
+  /// a motion as it would the whole. Colours show the pictures' own values.
   void survey() {
     io::PictureSubject subject;
     for (std::size_t place = 0; place < sequence_->frames().size(); ++place) {
       const io::FrameMeshes frame = meshes(place);
       io::add_to_subject(subject, frame.cloths, frame.obstacles);
-      coloring_.see(frame);
+      if (std::binary_search(places_.begin(), places_.end(), place)) coloring_.see(frame);
     }
     coloring_.settle();
     middle_ = 0.5 * (subject.low + subject.high);
@@ -389,7 +389,7 @@ void add_looks(CLI::App& subcommand, Request& request) {
   subcommand
       .add_option("--range", request.range,
                   "Ends of the colour scale (strain as a share, 0.01 for 1 %), instead of those "
-                  "found in all frames of the run")
+                  "found in the frames that are shown")
       ->type_name("LOW:HIGH");
   subcommand
       .add_option("--camera", request.camera,

@@ -510,7 +510,8 @@ std::vector<std::string> convert_arcsim(const fs::path& in, const fs::path& out,
                                         const std::vector<std::string>& allowed) {
   const json document = parse_json(read_file_bytes(in), in.string());
   if (!is_arcsim_scene(document))
-    throw SceneError(in.string(), "frame_time", "missing", "a scene of ARCSim");
+    throw SceneError(in.string(), "frame_time", "missing",
+                     "a scene of ARCSim, or \"pattern\" as a sewing pattern of GarmentCode has it");
   ArcsimScene translated = weft_scene_of(document, in, allowed);
   std::string description = "From " + in.filename().string() + " of ARCSim.";
   for (const std::string& line : translated.warnings) description += " " + line + ".";

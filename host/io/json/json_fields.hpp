@@ -113,6 +113,9 @@ class Fields {
   /// Writes a value that was worked out, not read, into the resolved document.
   void record(const std::string& key, nlohmann::json value) { (*out_)[key] = std::move(value); }
 
+  /// Leaves out of the resolved document what was read under a key.
+  void leave_out(const std::string& key) { out_->erase(key); }
+
   /// @throws SceneError always, with the value as the user wrote it
   [[noreturn]] void refuse(const std::string& key, const std::string& allowed) const;
   [[noreturn]] void refuse(const std::string& key, const std::string& value,

@@ -81,9 +81,9 @@ std::string word_of(std::string name) {
 
 class GarmentMaker {
  public:
-  GarmentMaker(const SewingPattern& pattern, double edge)
+  GarmentMaker(const SewingPattern& pattern, double edge, const EdgeField& given)
       : pattern_(pattern), edge_(edge), curves_(edge_curves(pattern)) {
-    check_outlines();
+    check_outlines(given);
     directions_ = choose_directions(pattern);
     garment_.notes = pattern.notes;
     garment_.notes.insert(garment_.notes.end(), directions_.notes.begin(), directions_.notes.end());
@@ -120,7 +120,7 @@ class GarmentMaker {
   }
 
   /// @throws SceneError for what no edge length could mesh
-  void check_outlines() const {
+  void check_outlines(const EdgeField& given) const {
     double area = 0;
     for (std::size_t p = 0; p < curves_.size(); ++p) {
       std::vector<std::vector<double>> cuts;
@@ -138,9 +138,9 @@ class GarmentMaker {
     }
     const double triangles = area * 4 / (edge_ * edge_ * std::numbers::sqrt3);
     if (!(triangles <= most_garment_triangles))
-      throw SceneError(pattern_.file, "edge",
+      throw SceneError(given.file, given.field,
                        short_number(edge_) + " m, which makes about " +
-                           short_number(std::round(triangles)) + " triangles",
+                           short_number(std::round(triangles)) + " triangles of " + pattern_.file,
                        "an edge length that makes up to " + short_number(most_garment_triangles));
   }
 
@@ -284,10 +284,10 @@ class GarmentMaker {
 
 }  // namespace
 
-Garment make_garment(const SewingPattern& pattern, double edge) {
+Garment make_garment(const SewingPattern& pattern, double edge, const EdgeField& given) {
   if (!quantity::length.holds(edge))
-    throw SceneError(pattern.file, "edge", short_number(edge), quantity::length.allowed());
-  return GarmentMaker(pattern, edge).run();
+    throw SceneError(given.file, given.field, short_number(edge), quantity::length.allowed());
+  return GarmentMaker(pattern, edge, given).run();
 }
 
 }  // namespace weft::io

@@ -45,14 +45,21 @@ struct Garment {
   std::vector<std::string> notes;  ///< decisions that differ from the file, a line each
 };
 
+/// Where the length of edges was given, for messages.
+struct EdgeField {
+  std::string file;  ///< empty: the command line
+  std::string field = "edge";
+};
+
 /// Cuts a pattern into triangles. Both sides of a stitch get as many vertices; triangles of
 /// different panels that sewing would lay on each other are split.
-/// @param edge [m] length of edges that is aimed at
+/// @param edge  [m] length of edges that is aimed at
+/// @param given where that was given
 /// @throws SceneError naming panel, edge or stitch: an outline that crosses itself or has no area,
 /// a
 ///         stitch whose sides differ too much, fronts that cannot meet, more triangles than
 ///         most_garment_triangles
-Garment make_garment(const SewingPattern& pattern, double edge);
+Garment make_garment(const SewingPattern& pattern, double edge, const EdgeField& given = {});
 
 inline constexpr double most_garment_triangles = 5e6;
 inline constexpr double default_garment_edge = 0.02;  ///< [m]

@@ -17,6 +17,7 @@
 #include "host/io/json/json_fields.hpp"
 #include "host/io/pattern/outline_file.hpp"
 #include "weft/core/at.hpp"
+#include "weft/error.hpp"
 
 namespace weft::io {
 namespace {
@@ -328,6 +329,22 @@ bool is_sewing_pattern(const json& document) {
   if (!document.is_object()) return false;
   const auto pattern = document.find("pattern");
   return pattern != document.end() && pattern->is_object() && pattern->contains("panels");
+}
+
+bool resembles_sewing_pattern(const json& document) {
+  return document.is_object() && (document.contains("pattern") || document.contains("panels"));
+}
+
+void require_sewing_pattern(const json& document, const std::string& file) {
+  if (is_sewing_pattern(document)) return;
+  const std::string allowed =
+      "a specification of GarmentCode: {\"pattern\": {\"panels\": ..., \"stitches\": ...}, ...}";
+  if (!resembles_sewing_pattern(document)) throw SceneError(file, "pattern", "missing", allowed);
+  const auto pattern = document.find("pattern");
+  if (pattern == document.end())
+    throw SceneError(file, "panels", "outside of \"pattern\"", allowed);
+  if (!pattern->is_object()) throw SceneError(file, "pattern", short_text(*pattern), allowed);
+  throw SceneError(file, "pattern.panels", "missing", allowed);
 }
 
 SewingPattern read_sewing_pattern(const json& document, const std::string& file) {

@@ -12,6 +12,12 @@ namespace weft::io {
 /// Whether a document is a specification of GarmentCode: it has "pattern" with "panels".
 bool is_sewing_pattern(const nlohmann::json& document);
 
+/// Whether a document seems to be meant as one.
+bool resembles_sewing_pattern(const nlohmann::json& document);
+
+/// @throws SceneError that says what is wrong, unless is_sewing_pattern()
+void require_sewing_pattern(const nlohmann::json& document, const std::string& file);
+
 /// Reads a specification. Keys that are not known are passed over, since such files come from
 /// others. The name of the pattern is that of the file without "_specification".
 /// @param document is_sewing_pattern()

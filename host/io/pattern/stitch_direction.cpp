@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "host/input/counted.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
@@ -17,6 +18,9 @@ namespace {
 constexpr double clearly_nearer = 0.7;
 /// The same for the sum over all stitches of two panels.
 constexpr double clearly_nearer_in_sum = 0.9;
+/// As it says, seams are not sure to run the right way if the other way is nearer by more than
+/// rounding and the sides of panels that stand askew.
+constexpr double hardly_nearer_in_sum = 0.997;
 
 Vec3<double> corner(const SewingPattern& pattern, const PatternSide& side, bool end) {
   const PatternPanel& panel = pattern.panel(side);
@@ -161,6 +165,39 @@ class PairDistances {
   std::map<std::pair<Index, Index>, std::pair<double, double>> sums_;  ///< [m]
 };
 
+/// Lines about pairs of panels whose stitches are sewn as the file says, though their ends are a
+/// little nearer to each other the other way round.
+std::vector<std::string> doubts(const SewingPattern& pattern, const std::vector<bool>& opposite) {
+  struct Pair {
+    double sewn = 0, otherwise = 0;  ///< [m]
+    std::vector<std::size_t> as_given;
+  };
+  std::map<std::pair<Index, Index>, Pair> pairs;
+  for (std::size_t k = 0; k < opposite.size(); ++k) {
+    const PatternStitch& stitch = pattern.stitches[k];
+    const auto [low, high] = std::minmax(stitch.sides[0].panel, stitch.sides[1].panel);
+    if (low == high) continue;
+    Pair& pair = pairs[{low, high}];
+    pair.sewn += distance(pattern, stitch, opposite[k]);
+    pair.otherwise += distance(pattern, stitch, !opposite[k]);
+    if (opposite[k] != stitch.right_wrong) pair.as_given.push_back(k);
+  }
+  std::vector<std::string> lines;
+  for (const auto& [panels, pair] : pairs) {
+    if (pair.as_given.empty() || !(pair.otherwise < hardly_nearer_in_sum * pair.sewn)) continue;
+    const std::size_t k = pair.as_given.front();
+    const std::size_t others = pair.as_given.size() - 1;
+    lines.push_back("pattern.stitches[" + std::to_string(k) + "]" +
+                    (others > 0 ? " and " + counted(others, "more stitch") + " of these panels"
+                                : std::string()) +
+                    ": the direction is not sure along " +
+                    sides_text(pattern, pattern.stitches[k]) +
+                    ", sewn as the file says: the ends are nearer to each other the other way "
+                    "round; do all outlines run counter-clockwise, seen from outside?");
+  }
+  return lines;
+}
+
 }  // namespace
 
 StitchDirections choose_directions(const SewingPattern& pattern) {
@@ -207,6 +244,8 @@ StitchDirections choose_directions(const SewingPattern& pattern) {
           "]: " + sides_text(pattern, pattern.stitches[k]) + " are sewn " +
           (result.opposite[k] ? "beginning to end" : "beginning to beginning") +
           ", other than the file says, since the ends of seams are nearer to each other that way");
+  for (std::string& line : doubts(pattern, result.opposite))
+    result.notes.push_back(std::move(line));
   return result;
 }
 

@@ -13,7 +13,8 @@ struct StitchDirections {
   std::vector<bool> opposite;
   /// [panels] true: the front is where the outline runs clockwise
   std::vector<bool> turned;
-  std::vector<std::string> notes;  ///< a line for each stitch that differs from the file
+  std::vector<std::string> notes;  ///< a line for each stitch that differs from the file,
+                                   ///< and for panels whose stitches are not sure
 };
 
 /// Chooses directions by where the panels stand: ends that meet must be near. The two sides of a

@@ -82,6 +82,7 @@ void name_material(json& owner, bool by_panel, const std::string& file, const st
       refuse_material_as_fabric(panels, panel, given.at("fabric").at(panel), materials, names);
       material[panel] = material_of(names[panels.choice(panel, names, {})], materials);
     }
+    // The reader of garments knows the panels, and reports others under the key that was given.
     owner["material"] = std::move(material);
   } else {
     if (given.contains("fabric"))
@@ -89,8 +90,8 @@ void name_material(json& owner, bool by_panel, const std::string& file, const st
     owner["material"] = material_of(
         given.contains("fabric") ? names[fields.choice("fabric", names, {})] : default_fabric,
         materials);
+    owner.erase("fabric");
   }
-  owner.erase("fabric");
 }
 
 }  // namespace

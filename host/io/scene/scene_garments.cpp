@@ -11,6 +11,7 @@
 #include "host/input/nearest_word.hpp"
 #include "host/input/quantity.hpp"
 #include "host/io/pattern/arm_clearance.hpp"
+#include "host/io/pattern/panel_placement.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "host/io/scene/file_axes.hpp"
@@ -42,6 +43,15 @@ Index material_of(Fields& fields, const std::string& key, const Scene& scene) {
   return static_cast<Index>(fields.choice(key, names, {}));
 }
 
+/// @throws SceneError if a panel has no name of its own, and none is there for the others
+void require_all_panels(const Fields& by_panel, const Garment& garment) {
+  if (by_panel.has("*")) return;
+  for (const GarmentPanel& panel : garment.panels)
+    if (!by_panel.has(panel.name))
+      by_panel.refuse(panel.name, "missing",
+                      "a name for each panel, or \"*\" for those that are not named");
+}
+
 /// A name for the whole garment, or names by panel, with "*" for those that are not named.
 void read_garment_material(Fields& fields, const Garment& garment, const Scene& scene,
                            Cloth& cloth) {
@@ -51,7 +61,13 @@ void read_garment_material(Fields& fields, const Garment& garment, const Scene& 
   }
   std::vector<std::string> keys{"*"};
   for (const GarmentPanel& panel : garment.panels) keys.push_back(panel.name);
+  // "fabric" has become "material", and is still there for messages.
+  if (fields.has("fabric")) {
+    require_all_panels(fields.object("fabric", keys), garment);
+    fields.leave_out("fabric");
+  }
   Fields by_panel = fields.object("material", keys);
+  require_all_panels(by_panel, garment);
   for (const GarmentPanel& panel : garment.panels) {
     const std::string key = by_panel.has(panel.name) ? panel.name : "*";
     cloth.triangle_material.insert(cloth.triangle_material.end(), at(panel.triangle_count),
@@ -236,10 +252,9 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
         static_cast<SewnStart>(fields.choice("start", {"auto", "welded", "springs"}, 0));
     const std::filesystem::path path = read_path(fields, "pattern", folders);
     const nlohmann::json document = parse_json(read_file_bytes(path), path.string());
-    if (!is_sewing_pattern(document))
-      throw SceneError(path.string(), "pattern", "missing",
-                       "a specification of GarmentCode, with \"pattern\" and its \"panels\"");
-    Garment garment = make_garment(read_sewing_pattern(document, path.string()), edge);
+    require_sewing_pattern(document, path.string());
+    Garment garment = make_garment(read_sewing_pattern(document, path.string()), edge,
+                                   {fields.file(), fields.path_of("edge")});
     for (const std::string& note : garment.notes)
       scene.warnings.push_back(path.string() + ": " + note);
     Cloth cloth;
@@ -284,6 +299,8 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
       beside.clear();
     }
     take_to_places(entry);
+    for (const std::string& line : misplaced_panels(entry.garment, body))
+      scene.warnings.push_back(entry.file + ": " + line);
     refuse_far_panels(entry.garment, body, entry.file);
     if (entry.start != SewnStart::welded) {
       apart[order[k]] = entry.garment;

@@ -74,7 +74,9 @@ Welded weld(const Mesh& mesh, bool sewn) {
     if (own < 0) own = result.components++;
     result.component.push_back(own);
   }
-  // Sides without a partner bound the cloth; the next one begins where one ends.
+  // Sides without a partner bound the cloth; the next one begins where one ends. Where one edge is
+  // sewn to two others, as the waistband of a wrap skirt, three sheets meet. Two of them go on
+  // through the seam; the third ends there, so that one side of the two that run alike is free.
   std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
     return std::pair(std::minmax(x.a, x.b), x.triangle) <
            std::pair(std::minmax(y.a, y.b), y.triangle);
@@ -85,7 +87,13 @@ Welded weld(const Mesh& mesh, bool sewn) {
     while (end < sides.size() &&
            std::minmax(sides[s].a, sides[s].b) == std::minmax(sides[end].a, sides[end].b))
       ++end;
-    if (end == s + 1) free.push_back(sides[s]);
+    if ((end - s) % 2 == 1) {
+      const auto first = sides.begin() + static_cast<std::ptrdiff_t>(s);
+      const auto ahead = std::partition(first, sides.begin() + static_cast<std::ptrdiff_t>(end),
+                                        [](const Side& side) { return side.a < side.b; });
+      const bool most = 2 * (ahead - first) > static_cast<std::ptrdiff_t>(end - s);
+      free.push_back(most ? *first : *ahead);
+    }
     s = end;
   }
   std::sort(free.begin(), free.end(),

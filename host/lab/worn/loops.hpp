@@ -12,7 +12,8 @@ struct Welded {
   std::vector<Index> vertex;     ///< [vertices] number of the welded one
   std::vector<Index> component;  ///< [triangles] from 0, in the order of first triangles
   Index components = 0;
-  /// Closed boundaries: vertices of the mesh in order, and the component of each boundary.
+  /// Closed boundaries: vertices of the mesh in order, and the component of each boundary. Where
+  /// three sheets meet at a seam, one of them ends.
   std::vector<std::vector<Index>> loops;
   std::vector<Index> loop_component;
   std::vector<std::vector<Index>> loop_triangles;  ///< [loops] at its edges

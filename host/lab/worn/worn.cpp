@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "host/lab/worn/front_and_back.hpp"
 #include "host/lab/worn/loops.hpp"
 #include "weft/core/at.hpp"
 
@@ -20,6 +21,8 @@ constexpr double cell_rows = 0.03;      // of the height, down the trunk, for th
 constexpr double small_opening = 0.12;  // of the height: shorter ones may be pockets or buttonholes
 constexpr double small_panel = 0.02;    // of the garment's area
 constexpr double loose_opening = 1.5;   // over the length of the shortest one about the same part
+
+constexpr double clearly_behind = 0.03;  // of the height: fronts from backs
 
 using Points = std::vector<Vec3<double>>;
 
@@ -175,7 +178,32 @@ class Examination {
       verdict.faults.push_back("no opening is around a part of the body");
     if (start_ != nullptr) shoulders(vertices, verdict);
     panels_of(component, parts, verdict);
+    if (back_to_front(component))
+      verdict.faults.push_back("is worn back to front, by the names of its panels");
     return verdict;
+  }
+
+  /// Whether panels that are called front are on the whole behind those that are called back.
+  bool back_to_front(Index component) const {
+    const std::optional<Vec3<double>> ahead = looking(now_, in_.up);
+    if (!ahead) return false;
+    const Mesh& m = in_.cloth;
+    const bool grouped = m.group.size() == m.triangles.size();
+    double front = 0, back = 0, front_area = 0, back_area = 0;
+    for (std::size_t t = 0; t < m.triangles.size(); ++t) {
+      if (welded_.component[t] != component) continue;
+      const PanelSide side = panel_side(grouped && at(m.group[t]) < m.group_names.size()
+                                            ? m.group_names[at(m.group[t])]
+                                            : panel_name(triangle_panel_[t]));
+      if (side == PanelSide::unknown) continue;
+      const double area = area_of(static_cast<Index>(t));
+      double place = 0;
+      for (const Index v : m.triangles[t].v) place += dot(m.positions[at(v)], *ahead) / 3;
+      (side == PanelSide::front ? front : back) += place * area;
+      (side == PanelSide::front ? front_area : back_area) += area;
+    }
+    return front_area > 0 && back_area > 0 &&
+           front / front_area < back / back_area - clearly_behind * height();
   }
 
   /// Whether a garment without an opening around the body, such as an open coat, surrounds it.

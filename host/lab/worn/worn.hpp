@@ -54,8 +54,10 @@ struct GarmentVerdict {
 };
 
 struct WornInput {
-  const Mesh& cloth;  ///< at the end, with panels as parts or groups
-  const Mesh& body;   ///< at the end
+  /// At the end, with panels as parts or groups. Where both are there, the names of groups may say
+  /// which panels are in front.
+  const Mesh& cloth;
+  const Mesh& body;  ///< at the end
   /// The same at the start: as many vertices, else they are passed over. Null: not known
   const std::vector<Vec3<double>>* cloth_start = nullptr;
   const std::vector<Vec3<double>>* body_start = nullptr;  ///< null: as at the end

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
+#include "host/io/pattern/panel_placement.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
@@ -11,7 +13,7 @@
 namespace weft::io {
 namespace {
 
-/// A tunic before and behind a body, from 0.6 to 1.4 m. [cm]
+/// A tunic before and behind a body, from 0.6 to 1.4 m, sewn at its sides. [cm]
 Garment tunic() {
   const auto panel = [](double z) {
     nlohmann::json edges = nlohmann::json::array();
@@ -21,7 +23,11 @@ Garment tunic() {
                           {"translation", {0, 0, z}}};
   };
   const nlohmann::json document{
-      {"pattern", {{"panels", {{"front", panel(25)}, {"back", panel(-25)}}}}}};
+      {"pattern",
+       {{"panels", {{"front", panel(25)}, {"back", panel(-25)}}},
+        {"stitches",
+         {{{{"panel", "front"}, {"edge", 1}}, {{"panel", "back"}, {"edge", 1}}},
+          {{{"panel", "front"}, {"edge", 3}}, {{"panel", "back"}, {"edge", 3}}}}}}}};
   return make_garment(read_sewing_pattern(document, "t.json"), 0.1);
 }
 
@@ -43,6 +49,39 @@ TEST(GarmentOnBody, StandsAroundABodyThatStands) {
   EXPECT_NEAR(height_around_body(garment, body({0, 0.55, 0}, {0.4, 0.55, 0.15})), 0.625, 0.03);
   // Out of the panels' reach to the side.
   EXPECT_EQ(height_around_body(garment, body({2, 0.85, 0}, {0.6, 0.85, 0.15})), 0);
+}
+
+TEST(GarmentOnBody, NamesPanelsThatBeginWithinTheBody) {
+  const Garment garment = tunic();
+  EXPECT_TRUE(misplaced_panels(garment, body({0, 0.85, 0}, {0.6, 0.85, 0.15})).empty());
+  EXPECT_TRUE(misplaced_panels(garment, {}).empty());
+  // Its front half is open, as a scan may be: rays out of it along z still tell.
+  for (const bool open : {false, true}) {
+    Mesh around = body({0, 0.85, 0.25}, {0.6, 0.85, 0.15});
+    if (open)
+      std::erase_if(around.triangles, [&](const Tri& t) {
+        return around.positions[static_cast<std::size_t>(t.v[0])][2] > 0.35;
+      });
+    EXPECT_EQ(misplaced_panels(garment, around),
+              std::vector<std::string>{"pattern.panels: of these, more than 40 % begins within the "
+                                       "body, around which panels should stand: front (100 %)"});
+  }
+  // A shoulder of which a fifth sticks in the body.
+  EXPECT_TRUE(misplaced_panels(garment, body({0, 0.45, 0.25}, {0.6, 0.3, 0.15})).empty());
+}
+
+TEST(GarmentOnBody, NamesPanelsThatStandBesideOthersThanTheyAreSewnTo) {
+  Garment garment = tunic();
+  const GarmentPanel& back = garment.panels[0];
+  ASSERT_EQ(back.name, "back");
+  for (Index v = 0; v < back.vertex_count; ++v)
+    garment.mesh.positions[static_cast<std::size_t>(back.first_vertex + v)][0] += 1;
+  EXPECT_EQ(
+      misplaced_panels(garment, body({0, 0.85, 0}, {0.6, 0.85, 0.15})),
+      std::vector<std::string>{
+          "pattern.stitches[0]: front and back are sewn together, but stand 1.12 m apart, and "
+          "the sides of 1 more stitch over 0.77 m; does each panel stand on its own side of "
+          "the body?"});
 }
 
 TEST(GarmentOnBody, RefusesAnotherUnit) {

@@ -399,6 +399,26 @@ TEST(MakeGarment, LongSeamsTellHowShortOnesAreSewn) {
                   1e-12);
 }
 
+/// If all seams of two panels are short beside their distance, nothing tells how they are sewn.
+TEST(MakeGarment, SaysThatADirectionIsNotSure) {
+  json document = tube();
+  json& panels = document["pattern"]["panels"];
+  for (const char* name : {"front", "rear"})
+    for (json& vertex : panels[name]["vertices"])
+      if (vertex[1] == 60) vertex[1] = 15;
+  EXPECT_TRUE(garment_of(document).notes.empty());
+  panels["rear"]["vertices"] = {{-20, 0}, {20, 0}, {20, 15}, {-20, 15}};
+  document["pattern"]["stitches"][0][1]["edge"] = 1;
+  document["pattern"]["stitches"][1][1]["edge"] = 3;
+  const Garment garment = garment_of(document);
+  ASSERT_EQ(garment.notes.size(), 1u);
+  EXPECT_EQ(garment.notes[0],
+            "pattern.stitches[0] and 1 more stitch of these panels: the direction is not sure "
+            "along pattern.panels.front.edges[1] and pattern.panels.rear.edges[1], sewn as the "
+            "file says: the ends are nearer to each other the other way round; do all outlines "
+            "run counter-clockwise, seen from outside?");
+}
+
 TEST(MakeGarment, IsAPureFunction) {
   Garment a = garment_of(with_dart()), b = garment_of(with_dart());
   relax_start(a, 0.02, {});

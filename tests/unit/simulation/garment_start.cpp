@@ -2,10 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <memory>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "host/exec/host_device.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
@@ -160,6 +164,73 @@ TEST(GarmentStart, PairsThatSpringsLeaveOpenAreWeldedIfTheyAreNear) {
     step_until(again, 0.3);
     EXPECT_EQ(again.state_hash(), s.state_hash());
   }
+}
+
+/// Asks its set to stop when its compute queue has been asked for a number of times.
+class StoppingDevice final : public Device {
+ public:
+  StoppingDevice(std::atomic<bool>& stop, int& uses_left) : stop_(stop), uses_left_(uses_left) {}
+  Backend backend() const noexcept override { return Backend::host; }
+  std::string name() const override { return device_.name(); }
+  Queue& compute() noexcept override {
+    if (--uses_left_ == 0) stop_ = true;
+    return device_.compute();
+  }
+  Queue& transfer() noexcept override { return device_.transfer(); }
+  bool reaches_peers() const noexcept override { return device_.reaches_peers(); }
+  void* allocate(std::size_t bytes) override { return device_.allocate(bytes); }
+  void release(void* memory, std::size_t bytes) noexcept override {
+    device_.release(memory, bytes);
+  }
+  std::size_t peak_bytes() const noexcept override { return device_.peak_bytes(); }
+  std::int64_t allocation_count() const noexcept override { return device_.allocation_count(); }
+
+ private:
+  std::atomic<bool>& stop_;
+  int& uses_left_;
+  HostDevice device_{0, true, {}};
+};
+
+TEST(GarmentStart, StoppedWhileOpenPairsAreWeldedTheStepIsTakenBack) {
+  std::atomic<bool> stop{false};
+  int uses_left = 0;
+  std::vector<std::unique_ptr<Device>> devices;
+  devices.push_back(std::make_unique<StoppingDevice>(stop, uses_left));
+  DeviceSet set(std::move(devices));
+  set.stop_on(&stop);
+  Scene scene = held_apart(0.008, Precision::double_precision);
+  // Stands in the gap, so that what is welded has to be parted from it in rounds.
+  Cloth strip;
+  strip.name = "strip";
+  strip.mesh = make_grid({0.02, 0.01}, {4, 2});
+  for (Vec3<double>& x : strip.mesh.positions) x = {0.004, 0.05 + x[0], 0.004 + x[1]};
+  scene.cloths.push_back(strip);
+  scene.contact.thickness = 0.0005;
+  Simulation s(scene, std::move(set));
+  step_until(s, 0.075);
+  const std::string before = s.state();
+  const std::uint64_t hash_before = s.state_hash();
+  uses_left = 0;
+  ASSERT_EQ(s.step().failure, Failure::none);
+  const int uses = -uses_left;
+  ASSERT_FALSE(open(s));
+  const std::uint64_t hash_after = s.state_hash();
+  int stopped = 0;
+  for (int use = uses; use > 0; --use) {
+    s.restore(before);
+    uses_left = use;
+    const StepReport report = s.step();
+    stop = false;
+    if (report.failure == Failure::none) continue;
+    ++stopped;
+    ASSERT_EQ(report.failure, Failure::stopped);
+    EXPECT_EQ(s.state_hash(), hash_before);
+    EXPECT_EQ(report.open_seam_pairs, 4);
+    EXPECT_EQ(length(s.scene().gravity), 0);
+    ASSERT_EQ(s.step().failure, Failure::none);
+    EXPECT_EQ(s.state_hash(), hash_after);
+  }
+  EXPECT_GT(stopped, 0);
 }
 
 TEST(GarmentStart, PairsThatAreFarApartOrHeldOrCannotBePartedStayOpen) {

@@ -198,8 +198,11 @@ TEST_F(CheckSubcommand, MissingObstacleFrameIsAnError) {
 }
 
 TEST_F(CheckSubcommand, UnreadableInput) {
-  EXPECT_EQ(check({(directory_ / "none.obj").string()}), 2);
-  EXPECT_EQ(line_count(err_), 1u) << err_;
+  for (const char* missing : {"none.obj", "none"}) {
+    EXPECT_EQ(check({(directory_ / missing).string()}), 2);
+    EXPECT_EQ(line_count(err_), 1u) << err_;
+    EXPECT_EQ(out_, "");
+  }
   const std::string broken = write("broken.obj", "v 0 0 0\nv 1 0 banana\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(check({broken}), 2);
   // The rest is checked all the same.

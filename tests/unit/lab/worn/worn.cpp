@@ -4,12 +4,17 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/lab/worn/front_and_back.hpp"
 #include "host/lab/worn/loops.hpp"
 #include "tests/unit/lab/worn/dressed.hpp"
 
@@ -120,6 +125,88 @@ TEST(Worn, NeedsNoStartForWhatIsAroundNothing) {
   EXPECT_NE(faults.find("opening at sleeve_"), std::string::npos) << faults;
   plant_fault(5, d, rng);
   EXPECT_NE(faults_of(verdict_on(d)).find("no opening is around"), std::string::npos);
+}
+
+/// A waistband and a sheet below it that goes round once and overlaps itself: both ends of the
+/// sheet are sewn to one part of the band.
+Mesh wrap_skirt() {
+  constexpr Index columns = 24, overlap = 8;
+  Mesh m;
+  const auto add = [&](Index column, double radius, double z) {
+    const double angle = 2 * std::numbers::pi * column / columns;
+    m.positions.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+    return static_cast<Index>(m.positions.size()) - 1;
+  };
+  const auto add_quad = [&](Index a, Index b, Index c, Index d, Index part) {
+    m.triangles.push_back({{a, b, c}});
+    m.triangles.push_back({{a, c, d}});
+    m.part.insert(m.part.end(), {part, part});
+  };
+  for (const double z : {1.1, 1.0})
+    for (Index c = 0; c < columns; ++c) add(c, 0.25, z);
+  for (Index c = 0; c <= columns + overlap; ++c) add(c, 0.3 + 0.001 * c, 0.6);
+  const auto band = [&](Index row, Index c) { return row * columns + c % columns; };
+  for (Index c = 0; c < columns; ++c)
+    add_quad(band(1, c), band(1, c + 1), band(0, c + 1), band(0, c), 0);
+  const Index hem = 2 * columns;
+  for (Index c = 0; c < columns + overlap; ++c)
+    add_quad(hem + c, hem + c + 1, band(1, c + 1), band(1, c), 1);
+  m.part_names = {"band", "skirt"};
+  return m;
+}
+
+TEST(Worn, AHemGoesOnAlongASeamOfThreeSheets) {
+  const Mesh cloth = wrap_skirt();
+  const Welded welded = weld(cloth, false);
+  ASSERT_EQ(welded.loops.size(), 2u);
+  const Mesh body = surface_of(capsules_of({}), 0.04);
+  const BodySegmentation none;
+  std::vector<Vec3<double>> start = cloth.positions;
+  const auto verdict = [&](const Mesh& at_end) {
+    return worn({at_end, body, &start, nullptr, {0, 0, 1}, false, none, {}});
+  };
+  const auto good = verdict(cloth);
+  EXPECT_EQ(faults_of(good), "");
+  ASSERT_EQ(good.size(), 1u);
+  ASSERT_EQ(good[0].openings.size(), 2u);
+  for (const OpeningVerdict& o : good[0].openings) EXPECT_EQ(o.around, "the trunk") << o.panels;
+  Mesh beside = cloth;
+  for (Vec3<double>& x : beside.positions) x[1] += 1;
+  const std::string faults = faults_of(verdict(beside));
+  EXPECT_NE(faults.find("opening at skirt: around nothing"), std::string::npos) << faults;
+}
+
+TEST(Worn, NamesOfPanelsTellFrontFromBack) {
+  for (const GarmentKind kind : {GarmentKind::shirt, GarmentKind::skirt}) {
+    Rng rng(7);
+    Dressed d = dress(kind, {}, true, rng);
+    std::vector<Capsule> capsules = capsules_of({});
+    for (Capsule& c : capsules)
+      if (c.name.starts_with("foot")) c.b[1] += 0.1;  // as long as feet are
+    const auto wear_on = [&](const std::vector<Capsule>& body) {
+      d.body = surface_of(body, 0.04);
+      d.body_start = d.body.positions;
+    };
+    wear_on(capsules);
+    EXPECT_EQ(faults_of(verdict_on(d)), "");
+    ASSERT_EQ(d.cloth.group_names[0], "front");
+    ASSERT_EQ(d.cloth.group_names[1], "back");
+    std::swap(d.cloth.group_names[0], d.cloth.group_names[1]);
+    EXPECT_EQ(faults_of(verdict_on(d)), "\n  is worn back to front, by the names of its panels");
+    // Nothing tells where a body without feet looks.
+    std::erase_if(capsules, [](const Capsule& c) { return c.name.starts_with("foot"); });
+    wear_on(capsules);
+    EXPECT_EQ(faults_of(verdict_on(d)), "");
+  }
+}
+
+TEST(Worn, PanelNamesSayWhereTheyAre) {
+  for (const char* name : {"front", "left_front", "wb_f", "right_ftorso", "Front-2"})
+    EXPECT_EQ(panel_side(name), PanelSide::front) << name;
+  for (const char* name : {"back", "REAR", "c_b", "left_btorso", "back3"})
+    EXPECT_EQ(panel_side(name), PanelSide::back) << name;
+  for (const char* name : {"", "sleeve", "front_back", "backpack", "left_strap"})
+    EXPECT_EQ(panel_side(name), PanelSide::unknown) << name;
 }
 
 TEST(Worn, SegmentationSaysWhatIsAnArm) {

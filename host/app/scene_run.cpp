@@ -393,8 +393,9 @@ void SceneRun::print_attachments() const {
   if (simulation_.scene().garment_starts.empty()) return;
   for (const HandleState& handle : simulation_.handles())
     if (handle.weight_share >= borne_share_named)
-      show(stdout, "attached edges of \"{}\" bear {:.3g} % of its weight\n", handle.cloth,
-           100 * handle.weight_share);
+      show(stdout,
+           "attached edges of \"{}\" bear {:.3g} % of its weight; \"end_time\" lets them go\n",
+           handle.cloth, 100 * handle.weight_share);
 }
 
 void SceneRun::print_summary(bool preview) const {

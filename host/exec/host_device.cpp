@@ -5,7 +5,7 @@
 #include <new>
 #include <utility>
 
-#include "host/base/large_pages.hpp"
+#include "host/exec/large_pages.hpp"
 #include "weft/error.hpp"
 
 namespace weft {

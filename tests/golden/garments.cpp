@@ -139,7 +139,9 @@ TEST_F(Garments, AttachedEdgesStayAtTheirHeight) {
   };
   // The hem starts at 0.54 m; 0.8 s of free fall are 3.1 m, and 0.6 s are 1.8 m.
   EXPECT_LT(lowest("[]", "free"), -2.3);
+  EXPECT_EQ(out_.find("attached edges"), std::string::npos) << out_;
   EXPECT_GT(lowest(R"([{"label": "lower_interface"}])", "held"), 0.4);
+  EXPECT_NE(out_.find("attached edges of \"skirt\" bear "), std::string::npos) << out_;
   const double released = lowest(R"([{"label": "lower_interface", "end_time": 0.2}])", "released");
   EXPECT_LT(released, -0.9);
   EXPECT_GT(released, -1.6);

@@ -227,5 +227,42 @@ TEST_F(UntilRest, CheckSaysWhetherAGarmentIsWorn) {
   EXPECT_EQ(weft({"check", "worn.obj", "--body", "body"}), 2);
 }
 
+TEST_F(UntilRest, WhatIsNotWholeOrDoesNotRestIsNotWorn) {
+  write("post.obj", tube(0.1, 0, 1.6, 0, true));
+  write("skirt.obj", tube(0.16, 0.9, 1.2, 0, false));
+  Json scene = Json::parse(rest_scene);
+  scene["cloths"] = {
+      {{"name", "skirt"}, {"mesh", "skirt.obj"}, {"material", "cotton"}, {"rest", "initial"}}};
+  scene["obstacles"] = {{{"name", "post"}, {"mesh", "post.obj"}}};
+  scene["pins"] = {{{"cloth", "skirt"}, {"vertices", Json::array()}}};
+  for (int v = 384; v < 400; ++v) scene["pins"][0]["vertices"].push_back(v);
+  write("rest.json", scene.dump());
+  ASSERT_EQ(run("whole"), 0) << err_;
+  EXPECT_EQ(weft({"check", "whole", "--worn"}), 0) << out_ << err_;
+  ASSERT_EQ(run("part", {"--frames", "2"}), 0) << err_;
+  EXPECT_EQ(weft({"check", "part", "--worn"}), 1) << out_ << err_;
+  EXPECT_NE(out_.find("garment skirt: has not come to rest\n"), std::string::npos) << out_;
+  EXPECT_EQ(weft({"check", "part"}), 0) << out_ << err_;
+  ASSERT_EQ(run("stopped", {"--time-limit", "1e-4"}), 130) << err_;
+  EXPECT_EQ(weft({"check", "stopped", "--worn", "--json"}), 1) << out_ << err_;
+  const Json stopped = Json::parse(out_)["worn"][0];
+  EXPECT_EQ(stopped["worn"], false);
+  EXPECT_EQ(stopped["faults"].back(),
+            "the run is not whole: stopped by the time limit of 0.0001 s");
+}
+
+TEST_F(UntilRest, TheReportSaysWhatHandlesBear) {
+  Json scene = Json::parse(rest_scene);
+  scene.erase("obstacles");
+  scene["handles"] = {{{"cloth", "sheet"}, {"edge", "top"}}};
+  write("rest.json", scene.dump());
+  ASSERT_EQ(run("a"), 0) << err_;
+  const Json handles = report("a")["handles"];
+  ASSERT_EQ(handles.size(), 1u);
+  EXPECT_EQ(handles[0]["cloth"], "sheet");
+  EXPECT_NEAR(handles[0]["weight_share"], 1, 0.05);
+  EXPECT_NEAR(handles[0]["force_n"][2], 0.2 * 0.2 * 0.2 * 9.81, 0.05 * 0.0785);
+}
+
 }  // namespace
 }  // namespace weft::test

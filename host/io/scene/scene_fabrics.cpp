@@ -73,7 +73,8 @@ void name_material(json& owner, bool by_panel, const std::string& file, const st
   const json given = owner;
   Fields fields(given, scratch, file, path, {});
   if (given.contains("fabric") && given.contains("material"))
-    fields.refuse("fabric", "fabric or material, not both");
+    fields.refuse("fabric", "fabric or material, not both" +
+                                std::string(by_panel ? "; both take names by panel" : ""));
   const std::vector<std::string> names = fabric_names();
   if (by_panel && fields.is_object("fabric")) {
     Fields panels = fields.object("fabric", {});

@@ -1,4 +1,4 @@
-#include "host/base/large_pages.hpp"
+#include "host/exec/large_pages.hpp"
 
 #include <cstdint>
 

@@ -5,8 +5,8 @@
 #include <new>
 #include <utility>
 
-#include "host/exec/large_pages.hpp"
 #include "weft/error.hpp"
+#include "weft/exec/large_pages.hpp"
 
 namespace weft {
 namespace {

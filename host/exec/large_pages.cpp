@@ -1,4 +1,4 @@
-#include "host/exec/large_pages.hpp"
+#include "weft/exec/large_pages.hpp"
 
 #include <cstdint>
 

@@ -157,6 +157,8 @@ TEST_F(Garments, WrongInputGetsOneLine) {
   refused({"convert", skirt(), "a.json", "--edge", "nan"}, "--edge: nan;");
   refused({"convert", skirt(), "a.json", "--fabric", "tweed"}, "weft: --fabric: \"tweed\"");
   refused({"convert", skirt(), "a.json", "--edge", "1e-5"}, "weft: --edge: 1e-5 m");
+  refused({"convert", skirt(), "a.json", "--edge", "1.7"},
+          "weft: --edge: 1.7 m; allowed: a length in metres");
   const Json inner = Json::parse(text_of(skirt())).at("pattern");
   refused({"convert", write("inner.json", inner.dump()), "a.json"},
           "inner.json: panels: outside of \"pattern\"");

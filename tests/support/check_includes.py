@@ -96,6 +96,7 @@ ROOMS = {
     "lab/worn": (),
     "lab/chart": ("geometry", "lab/check"),
     "lab/plan": ("geometry", "scene/seams", "scene", "model", "implicit/contact"),
+    "app/memory": (),
     "app/process": ("base",),
     "app/run": (
         "base", "input", "exec", "scene", "time_parallel", "io/mesh", "io/spool", "io/usd",

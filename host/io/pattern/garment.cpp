@@ -121,7 +121,7 @@ class GarmentMaker {
 
   /// @throws SceneError for what no edge length could mesh
   void check_outlines(const EdgeField& given) const {
-    double area = 0;
+    double area = 0, largest = 0;
     for (std::size_t p = 0; p < curves_.size(); ++p) {
       std::vector<std::vector<double>> cuts;
       for (std::size_t e = 0; e < curves_[p].size(); ++e) {
@@ -132,10 +132,16 @@ class GarmentMaker {
       if (const auto crossing = outline.points().size() < 3 ? std::optional<OutlineCrossing>({0, 0})
                                                             : find_crossing(outline.points()))
         refuse_crossing(p, outline, *crossing, "");
-      area += signed_area(outline.points());
-      if (!(signed_area(outline.points()) > 0))
+      const double own = signed_area(outline.points());
+      if (!(own > 0))
         throw SceneError(pattern_.file, panel_field(p), "no area", "an outline with an area");
+      area += own;
+      largest = std::max(largest, own);
     }
+    if (!(edge_ <= std::sqrt(largest)))
+      throw SceneError(given.file, given.field, short_number(edge_) + " m",
+                       "a length in metres that is no longer than panels are, " +
+                           short_number(std::sqrt(largest)) + " m in " + pattern_.file);
     const double triangles = area * 4 / (edge_ * edge_ * std::numbers::sqrt3);
     if (!(triangles <= most_garment_triangles))
       throw SceneError(given.file, given.field,

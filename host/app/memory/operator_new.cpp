@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "host/exec/large_pages.hpp"
+#include "weft/exec/large_pages.hpp"
 
 // Sanitizers have their own.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

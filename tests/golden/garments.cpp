@@ -317,7 +317,8 @@ TEST_F(Garments, PatternsTellWhetherTheBodyStands) {
                                     {side("front", 3), side("back", 0)}};
   const auto converted = [&](const std::string& body) {
     write("tunic.json", pattern.dump());
-    const int code = weft({"convert", "tunic.json", "scene.json", "--body", body, "--edge", "0.1"});
+    const int code =
+        weft({"convert", "tunic.json", "scene.json", "--body", body, "--edge", "0.05"});
     return std::to_string(code) + " " + err_;
   };
   box("y.obj", "-0.7 0 -0.15", "0.7 1.7 0.15");

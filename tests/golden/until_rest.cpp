@@ -243,12 +243,14 @@ TEST_F(UntilRest, WhatIsNotWholeOrDoesNotRestIsNotWorn) {
   EXPECT_EQ(weft({"check", "part", "--worn"}), 1) << out_ << err_;
   EXPECT_NE(out_.find("garment skirt: has not come to rest\n"), std::string::npos) << out_;
   EXPECT_EQ(weft({"check", "part"}), 0) << out_ << err_;
-  ASSERT_EQ(run("stopped", {"--time-limit", "1e-4"}), 130) << err_;
+  ASSERT_EQ(run("stopped", {"--time-limit", "0.5", "--set", "time.until=frames", "--set",
+                            "time.frames=100000", "--set", "output.frames=last"}),
+            130)
+      << err_;
   EXPECT_EQ(weft({"check", "stopped", "--worn", "--json"}), 1) << out_ << err_;
   const Json stopped = Json::parse(out_)["worn"][0];
   EXPECT_EQ(stopped["worn"], false);
-  EXPECT_EQ(stopped["faults"].back(),
-            "the run is not whole: stopped by the time limit of 0.0001 s");
+  EXPECT_EQ(stopped["faults"].back(), "the run is not whole: stopped by the time limit of 0.5 s");
 }
 
 TEST_F(UntilRest, TheReportSaysWhatHandlesBear) {

@@ -140,8 +140,9 @@ class GarmentMaker {
     }
     if (!(edge_ <= std::sqrt(largest)))
       throw SceneError(given.file, given.field, short_number(edge_) + " m",
-                       "a length in metres that is no longer than panels are, " +
-                           short_number(std::sqrt(largest)) + " m in " + pattern_.file);
+                       "a length in metres that is no longer than panels are; those of " +
+                           pattern_.file + " have up to " + short_number(largest) +
+                           " square metres, see units_in_meter");
     const double triangles = area * 4 / (edge_ * edge_ * std::numbers::sqrt3);
     if (!(triangles <= most_garment_triangles))
       throw SceneError(given.file, given.field,

@@ -382,13 +382,15 @@ class Mutants:
         if "convert" in case:
             box.out.mkdir()
         before = box.snapshot(box.out)
-        outcome = box.run(arguments, True, seed.get("seconds", sandbox.CPU_LIMIT))
+        seconds = seed.get("seconds", sandbox.CPU_LIMIT)
+        outcome = box.run(arguments, True, seconds)
         problems = sandbox.told_problems(outcome) + sandbox.leaks(outcome, box.out)
         codes = [VALID] if undamaged else [VALID, REFUSED, FAILED]
         if outcome.stopped and not undamaged:
-            # A scene may ask for many steps: then it has begun, and ends when it is told to, or
-            # has reached its end by itself by then.
-            if not (box.out / "steps.jsonl").is_file():
+            # A scene may ask for many steps: then it has begun, and ends when it is told to. It may
+            # also reach its end at that moment, but not long after.
+            late = outcome.code != STOPPED and outcome.cpu > 1.5 * seconds * self.options.scale
+            if late or not (box.out / "steps.jsonl").is_file():
                 problems.append("took too long, and does no steps")
             codes.append(STOPPED)
         problems += outcome_problems(outcome, codes, [])

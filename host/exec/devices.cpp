@@ -19,8 +19,12 @@ DeviceSet host_devices(int n, const HostDeviceOptions& options) {
   if (n < 1 || n > max_host_ranks)
     throw DeviceError("cannot make " + std::to_string(n) + " host devices; allowed: 1 to 64");
   std::vector<std::unique_ptr<Device>> devices;
-  for (int rank = 0; rank < n; ++rank)
-    devices.push_back(std::make_unique<HostDevice>(rank, n == 1, options));
+  const HostDevice* first = nullptr;
+  for (int rank = 0; rank < n; ++rank) {
+    auto device = std::make_unique<HostDevice>(rank, n == 1, options, first);
+    if (rank == 0) first = device.get();
+    devices.push_back(std::move(device));
+  }
   return DeviceSet(std::move(devices));
 }
 

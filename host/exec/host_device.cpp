@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "host/exec/spin.hpp"
 #include "weft/error.hpp"
 #include "weft/exec/large_pages.hpp"
 
@@ -14,71 +15,46 @@ namespace {
 constexpr std::align_val_t memory_alignment{256};
 
 struct HostEvent final : Event::State {
-  std::mutex mutex;
-  std::condition_variable passed_changed;
-  bool passed = false;
+  std::atomic<std::uint32_t> passed{0};
 
   void pass() {
-    const std::lock_guard lock(mutex);
-    passed = true;
-    passed_changed.notify_all();
+    passed.store(1, std::memory_order_release);
+    passed.notify_all();
   }
-  void block() {
-    std::unique_lock lock(mutex);
-    passed_changed.wait(lock, [this] { return passed; });
+  void block() const {
+    while (passed.load(std::memory_order_acquire) == 0) wait_for_change(passed, 0);
   }
 };
 
-/// Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64).
-std::uint64_t next_random(std::uint64_t& state) {
-  std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
+HostWorker::By worked_off_by(bool alone, bool first, const HostDeviceOptions& options) {
+  if (alone && options.delay_seed == 0) return HostWorker::By::submitter;
+  if (options.executor) return HostWorker::By::executor;
+  return first && options.delay_seed == 0 ? HostWorker::By::waiter : HostWorker::By::thread;
+}
+
+/// Whether each queue has another worker, so that their order is left to chance.
+bool apart(const HostDeviceOptions& options) {
+  return options.delay_seed != 0 || options.executor;
 }
 
 /// @param queue 0 or 1
-HostDeviceOptions of_queue(HostDeviceOptions options, int rank, int queue) {
+std::shared_ptr<HostWorker> make_worker(int rank, int queue, bool alone, HostDeviceOptions options,
+                                        std::shared_ptr<HostWorker> first) {
   if (options.delay_seed != 0)
     options.delay_seed += static_cast<std::uint64_t>(2 * rank + queue + 1);
-  return options;
+  return std::make_shared<HostWorker>(worked_off_by(alone, first == nullptr, options), options,
+                                      std::move(first));
 }
 
 }  // namespace
 
-HostQueue::HostQueue(bool threaded, const HostDeviceOptions& options)
-    : delay_state_(options.delay_seed), threaded_(threaded), executor_(options.executor) {
-  if (threaded_ && !executor_) thread_ = std::thread([this] { work_off(); });
-}
-
 HostQueue::~HostQueue() {
-  {
-    std::unique_lock lock(mutex_);
-    idle_.wait(lock, [this] { return !asked_; });
-    stopping_ = true;
-  }
-  if (!thread_.joinable()) return;
-  arrived_.notify_one();
-  thread_.join();
-}
-
-void HostQueue::append(Job job) {
-  std::unique_lock lock(mutex_);
-  jobs_.push_back(std::move(job));
-  if (!threaded_) {
-    // A piece of work that submits another comes first.
-    while (!busy_ && !jobs_.empty()) work_off_first(lock);
-    return;
-  }
-  const bool ask = executor_ && !asked_;
-  asked_ = asked_ || ask;
-  lock.unlock();
-  if (ask) executor_([this] { work_off_present(); });
-  if (!executor_) arrived_.notify_one();
+  worker_->wait_for(work_);
+  worker_->wait_for_executor();
 }
 
 void HostQueue::submit(std::function<void()> work) {
-  append({std::move(work)});
+  worker_->append(work_, std::move(work), false);
 }
 
 void HostQueue::copy(void* to, const void* from, std::size_t bytes) {
@@ -100,69 +76,30 @@ void HostQueue::stamp(double* seconds) {
 
 Event HostQueue::record() {
   auto state = std::make_shared<HostEvent>();
-  append({[state] { state->pass(); }, true});
+  worker_->append(
+      work_, [state] { state->pass(); }, true);
   return Event(state);
 }
 
 void HostQueue::wait(const Event& event) {
   if (event.state() == nullptr) return;
-  append({[event] { static_cast<HostEvent*>(event.state())->block(); }, true});
+  worker_->append(
+      work_, [event] { static_cast<HostEvent*>(event.state())->block(); }, true);
 }
 
 void HostQueue::sync() {
   ++sync_count_;
-  std::unique_lock lock(mutex_);
-  idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });
-  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+  worker_->wait_for(work_);
+  if (const std::exception_ptr error = worker_->take_error(work_)) std::rethrow_exception(error);
 }
 
-void HostQueue::work_off() {
-  std::unique_lock lock(mutex_);
-  while (true) {
-    arrived_.wait(lock, [this] { return stopping_ || !jobs_.empty(); });
-    if (jobs_.empty()) return;
-    work_off_first(lock);
-  }
-}
-
-/// Until there is none.
-void HostQueue::work_off_present() noexcept {
-  std::unique_lock lock(mutex_);
-  while (!jobs_.empty()) work_off_first(lock);
-  asked_ = false;
-  // Under the lock: whoever waits may destroy the queue as soon as it is released.
-  idle_.notify_all();
-}
-
-/// Does the first piece of work that there is.
-/// @param lock of mutex_; not held meanwhile
-void HostQueue::work_off_first(std::unique_lock<std::mutex>& lock) {
-  const Job job = std::move(jobs_.front());
-  jobs_.pop_front();
-  busy_ = true;
-  const bool skipped = error_ != nullptr && !job.always;
-  lock.unlock();
-  if (delay_state_ != 0)
-    std::this_thread::sleep_for(std::chrono::microseconds(next_random(delay_state_) % 200));
-  std::exception_ptr error;
-  if (!skipped) {
-    try {
-      job.work();
-    } catch (...) {
-      error = std::current_exception();
-    }
-  }
-  lock.lock();
-  if (error && !error_) error_ = error;
-  busy_ = false;
-  if (jobs_.empty()) idle_.notify_all();
-}
-
-HostDevice::HostDevice(int rank, bool alone, const HostDeviceOptions& options)
+HostDevice::HostDevice(int rank, bool alone, const HostDeviceOptions& options,
+                       const HostDevice* first)
     : rank_(rank),
       poison_(options.poison),
-      compute_(!alone || options.delay_seed != 0, of_queue(options, rank, 0)),
-      transfer_(!alone || options.delay_seed != 0, of_queue(options, rank, 1)) {}
+      worker_(make_worker(rank, 0, alone, options, first == nullptr ? nullptr : first->worker_)),
+      compute_(worker_),
+      transfer_(apart(options) ? make_worker(rank, 1, alone, options, worker_) : worker_) {}
 
 std::string HostDevice::name() const {
   return "host rank " + std::to_string(rank_);

@@ -1,25 +1,20 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
-#include <deque>
-#include <exception>
 #include <functional>
-#include <mutex>
-#include <thread>
+#include <memory>
+#include <utility>
 
 #include "host/exec/host_devices.hpp"
+#include "host/exec/host_worker.hpp"
 
 namespace weft {
 
-/// A queue that one thread of its own works off, or a thread of an executor; or whoever submits to
-/// it, at once, where nothing that it waits for comes later: waking a thread for each of many small
-/// pieces of work takes longer than some of these. The first exception that a piece of work throws
-/// is kept for sync(); later work is then skipped, but events still pass, so that nobody hangs.
+/// A queue of a HostWorker's. The first exception that a piece of work throws is kept for sync();
+/// later work is then skipped, but events still pass, so that nobody hangs.
 class HostQueue final : public Queue {
  public:
-  /// @param threaded false: whoever submits does the work
-  HostQueue(bool threaded, const HostDeviceOptions& options);
+  explicit HostQueue(std::shared_ptr<HostWorker> worker) : worker_(std::move(worker)) {}
   ~HostQueue() override;
   HostQueue(const HostQueue&) = delete;
   HostQueue& operator=(const HostQueue&) = delete;
@@ -38,27 +33,8 @@ class HostQueue final : public Queue {
   void submit(std::function<void()> work);
 
  private:
-  struct Job {
-    std::function<void()> work;
-    bool always = false;  ///< runs even after an error
-  };
-  void append(Job job);
-  void work_off();
-  void work_off_present() noexcept;
-  void work_off_first(std::unique_lock<std::mutex>& lock);
-
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::condition_variable idle_;
-  std::deque<Job> jobs_;
-  std::exception_ptr error_;
-  std::uint64_t delay_state_;
-  bool busy_ = false;
-  bool stopping_ = false;
-  bool threaded_;       ///< false: whoever submits does the work
-  Executor executor_;   ///< runs work_off_present(); empty: thread_ does the work
-  bool asked_ = false;  ///< the executor has a piece of work that has not returned
-  std::thread thread_;
+  std::shared_ptr<HostWorker> worker_;
+  HostWork work_;
 };
 
 /// Runs `work` on the host queue that `queue` is.
@@ -66,11 +42,13 @@ inline void submit_host(Queue& queue, std::function<void()> work) {
   static_cast<HostQueue&>(queue).submit(std::move(work));
 }
 
-/// A rank on the processor: one thread for computing, one for transfers, memory of its own. A rank
-/// that is alone waits for no other and has no threads, unless its work is delayed.
+/// A rank on the processor, which has its own memory. The work of both queues is done in the order
+/// of submission, unless it is delayed or an executor does it.
 class HostDevice final : public Device {
  public:
-  HostDevice(int rank, bool alone, const HostDeviceOptions& options);
+  /// @param first rank of the set; null: this
+  HostDevice(int rank, bool alone, const HostDeviceOptions& options,
+             const HostDevice* first = nullptr);
 
   Backend backend() const noexcept override { return Backend::host; }
   std::string name() const override;
@@ -90,6 +68,7 @@ class HostDevice final : public Device {
   std::atomic<std::size_t> held_bytes_{0};
   std::atomic<std::size_t> peak_bytes_{0};
   std::atomic<std::int64_t> allocation_count_{0};
+  std::shared_ptr<HostWorker> worker_;
   HostQueue compute_;
   HostQueue transfer_;
 };

@@ -10,7 +10,7 @@ namespace weft {
 struct HostDeviceOptions {
   bool poison = false;           ///< fill new memory with NaN bytes, to expose a missing copy
   std::uint64_t delay_seed = 0;  ///< not 0: delay each piece of work by a pseudo-random time
-  Executor executor{};           ///< empty: each rank has threads of its own
+  Executor executor{};           ///< empty: ranks bring their threads
 };
 
 /// As host_devices(n), but a single rank has threads if delay_seed is set.

@@ -7,29 +7,19 @@
 #include <vector>
 
 #include "host/exec/host_device.hpp"
+#include "host/exec/spin.hpp"
 #include "host/solve/pcg_rows.hpp"
 #include "host/solve/tracked.hpp"
 
 namespace weft {
 namespace {
 
-void relax() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#endif
-}
-
 /// Blocks until `flag` has reached `epoch` (counters may wrap around).
 void wait_for(std::uint32_t& flag, std::uint32_t epoch) {
   const std::atomic_ref<std::uint32_t> atomic(flag);
   std::uint32_t seen = atomic.load(std::memory_order_acquire);
-  // A peer is a few microseconds behind as a rule: look again before going to sleep.
-  for (int spin = 0; spin < 4000 && static_cast<std::int32_t>(seen - epoch) < 0; ++spin) {
-    relax();
-    seen = atomic.load(std::memory_order_acquire);
-  }
   while (static_cast<std::int32_t>(seen - epoch) < 0) {
-    atomic.wait(seen, std::memory_order_acquire);
+    wait_for_change(atomic, seen);
     seen = atomic.load(std::memory_order_acquire);
   }
 }

@@ -11,8 +11,8 @@ namespace weft {
 
 struct Scene;
 
-/// n ranks on this machine's processor, each with its own memory and two threads. A single rank has
-/// no threads: it works on the calling one.
+/// n ranks on this machine's processor, each with its own memory. The first one works on the
+/// calling thread, while that waits for any of them; each of the others has a thread.
 /// @throws DeviceError unless 1 <= n <= 64
 DeviceSet host_devices(int n);
 

@@ -73,6 +73,79 @@ TEST(Queues, ALoneRankWorksOffWhatIsSubmittedWithoutAThread) {
   devices[0].compute().sync();
 }
 
+TEST(Queues, WhoeverWaitsForAnyRankWorksForRankZero) {
+  const DeviceSet devices = host_devices(2);
+  std::thread::id zero, one;
+  submit_host(devices[0].compute(), [&] { zero = std::this_thread::get_id(); });
+  devices[1].compute().wait(devices[0].compute().record());
+  submit_host(devices[1].compute(), [&] { one = std::this_thread::get_id(); });
+  devices[1].compute().sync();
+  EXPECT_EQ(std::this_thread::get_id(), zero);
+  EXPECT_NE(std::this_thread::get_id(), one);
+}
+
+TEST(Queues, TransfersOfARankNeedNoThreadOfTheirOwn) {
+  DeviceSet devices = host_devices(2);
+  std::thread::id compute, transfer;
+  submit_host(devices[1].compute(), [&] { compute = std::this_thread::get_id(); });
+  submit_host(devices[1].transfer(), [&] { transfer = std::this_thread::get_id(); });
+  sync_ranks(devices);
+  devices[1].transfer().sync();
+  EXPECT_EQ(compute, transfer);
+}
+
+/// The main thread is busy with rank 0 or gone, and all that others wait for goes on.
+TEST(Queues, SeveralThreadsMayWait) {
+  const DeviceSet devices = host_devices(3);
+  int value[3] = {};
+  for (int k = 0; k < 200; ++k) {
+    submit_host(devices[0].compute(), [&] { ++value[0]; });
+    const Event first = devices[0].compute().record();
+    for (int r = 1; r < 3; ++r) {
+      devices[r].compute().wait(first);
+      submit_host(devices[r].compute(), [&, r] { value[r] += value[0]; });
+    }
+    std::thread other([&] { devices[1].compute().sync(); });
+    if (k % 2 == 0) devices[2].compute().sync();
+    other.join();
+    devices[2].compute().sync();
+    devices[0].compute().sync();
+  }
+  EXPECT_EQ(200, value[0]);
+  EXPECT_EQ(200 * 201 / 2, value[1]);
+  EXPECT_EQ(200 * 201 / 2, value[2]);
+}
+
+TEST(Queues, ASyncOfARankThrowsErrorsOfItsOwnQueueOnly) {
+  const DeviceSet devices = host_devices(2);
+  bool ran = false, copied = false;
+  submit_host(devices[0].compute(), [] { throw DeviceError("lost"); });
+  submit_host(devices[0].compute(), [&] { ran = true; });
+  submit_host(devices[0].transfer(), [&] { copied = true; });
+  devices[1].compute().wait(devices[0].compute().record());
+  devices[1].compute().sync();
+  devices[0].transfer().sync();
+  EXPECT_THROW(devices[0].compute().sync(), DeviceError);
+  EXPECT_FALSE(ran);
+  EXPECT_TRUE(copied);
+  devices[0].compute().sync();
+}
+
+TEST(Queues, WorkThatNobodyWaitsForIsDoneBeforeTheDevicesAreGone) {
+  for (const int ranks : {1, 2, 3}) {
+    std::vector<int> done(static_cast<std::size_t>(ranks));
+    {
+      DeviceSet devices = host_devices(ranks);
+      for (int k = 0; k < 10; ++k) {
+        for (int r = 0; r < ranks; ++r)
+          submit_host(devices[r].compute(), [&done, r] { ++done[static_cast<std::size_t>(r)]; });
+        join_ranks(devices);
+      }
+    }
+    EXPECT_EQ(std::vector<int>(static_cast<std::size_t>(ranks), 10), done);
+  }
+}
+
 TEST(Queues, EveryRankGetsEveryRow) {
   for (const int ranks : {1, 2, 3, 5, 8}) {
     DeviceSet devices = host_devices(ranks, {true, 3});

@@ -86,6 +86,7 @@ StepSolver<T>::StepSolver(Store<T>& store, const std::vector<RankGeometry<T>>& g
       publisher_(publisher) {
   for (int r = 0; r < store.devices().size(); ++r) {
     rank_mismatch_.emplace_back(store.devices()[r]);
+    rank_mismatch_of_contact_.emplace_back(store.devices()[r]);
     rank_force_.emplace_back(store.devices()[r]);
   }
 }
@@ -397,30 +398,44 @@ bool StepSolver<T>::solve_about_state(const Attempt& a, StepReport& report) {
 template <class T>
 ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
   if (detection_.contacts(0).empty()) return {};
+  DeviceSet& devices = store_.devices();
   const double gravity = length(store_.scene().gravity);
-  for (int r = 0; r < store_.devices().size(); ++r) {
+  const auto h = static_cast<T>(at_.h);
+  const bool shared = devices.size() > 1 && share_memory(devices);
+  if (shared) join_ranks(devices);
+  for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     const RankGeometry<T>& g = geometry_[n];
-    Queue& queue = store_.devices()[r].compute();
+    Queue& queue = devices[r].compute();
+    const Span<Contact<T>> contacts = detection_.contacts_to_change(r);
     rank_mismatch_[n].resize(1);
+    rank_mismatch_of_contact_[n].resize(shared ? contacts.size() : 0);
     rank_force_[n].resize(component_sums * g.component_inverse_mass.size());
     queue.fill(rank_force_[n].data(), 0, rank_force_[n].size() * sizeof(std::int64_t));
-    launch(
-        queue,
-        AssembleActiveSetUpdate<T>{
-            detection_.contacts(r), motion_[n].positions_t1.span(), store_.rank(r).positions.span(),
-            g.component_of_vertex.span(), g.component_inverse_mass.span(),
-            store_.model().cloth_vertex_count, static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0,
-            how.may_become_firm ? store_.rank(r).touched.span() : Span<const unsigned char>(),
-            how.last, how.early, how.compare, how.parted, rank_mismatch_[n].span(),
-            rank_force_[n].span()});
+    launch(queue,
+           AssembleActiveSetUpdate<T>{
+               contacts, motion_[n].positions_t1.span(), store_.rank(r).positions.span(),
+               g.component_of_vertex.span(), g.component_inverse_mass.span(),
+               store_.model().cloth_vertex_count, h, gravity > 0 ? 1 / gravity : 0,
+               how.may_become_firm ? store_.rank(r).touched.span() : Span<const unsigned char>(),
+               how.last, how.early, how.compare, how.parted, rank_mismatch_[n].span(),
+               rank_force_[n].span(), rank_mismatch_of_contact_[n].span()});
   }
   double mismatch_sq = 0;
   std::vector<std::int64_t> force(rank_force_[0].size());
-  Queue& queue = store_.devices()[0].compute();
-  queue.copy(&mismatch_sq, rank_mismatch_[0].data(), sizeof mismatch_sq);
-  queue.copy(force.data(), rank_force_[0].data(), force.size() * sizeof(std::int64_t));
-  queue.sync();
+  if (shared) {
+    sync_ranks(devices);
+    for (std::size_t n = 0; n < rank_force_.size(); ++n) {
+      for (const double of_contact : rank_mismatch_of_contact_[n].span()) mismatch_sq += of_contact;
+      for (std::size_t k = 0; k < force.size(); ++k) force[k] += rank_force_[n].data()[k];
+    }
+    mismatch_sq *= static_cast<double>(h * h);
+  } else {
+    Queue& queue = devices[0].compute();
+    queue.copy(&mismatch_sq, rank_mismatch_[0].data(), sizeof mismatch_sq);
+    queue.copy(force.data(), rank_force_[0].data(), force.size() * sizeof(std::int64_t));
+    queue.sync();
+  }
   const auto weights = [&force](std::size_t first) {
     return std::hypot(static_cast<double>(force[first]), static_cast<double>(force[first + 1]),
                       static_cast<double>(force[first + 2])) /

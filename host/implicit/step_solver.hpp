@@ -92,7 +92,7 @@ class StepSolver {
   LinearSystem<T>& system_;
   StageClock& clock_;
   const StepPublisher& publisher_;
-  std::vector<Buffer<double>> rank_mismatch_;
+  std::vector<Buffer<double>> rank_mismatch_, rank_mismatch_of_contact_;
   std::vector<Buffer<std::int64_t>> rank_force_;  ///< see AssembleActiveSetUpdate
   Linearisation at_{};                            ///< of the assembled system
   SolveRules rules_;                              ///< of the attempt's last solve

@@ -110,7 +110,8 @@ typename ContactDetection<T>::Rank ContactDetection<T>::make_rank(int r,
   const MemoryName of_contacts("contacts");
   const std::size_t contacts = std::max<std::size_t>(1024, with_spare(hints.contacts));
   rank.own_contacts = Buffer<Contact<T>>(device, contacts);
-  rank.contacts = Buffer<Contact<T>>(device, contacts);
+  if (r == 0 || !share_memory(store_.devices()))
+    rank.contacts = Buffer<Contact<T>>(device, contacts);
   rank.collisions = Buffer<Collision>(device, 1024);
   if (device.backend() == Backend::host) {
     const MemoryName of_pairs("pairs");
@@ -465,6 +466,21 @@ void ContactDetection<T>::exchange_contacts() {
     std::swap(ranks_[0].own_contacts, ranks_[0].contacts);
     return;
   }
+  if (share_memory(devices)) {
+    ranks_[0].contacts.grow(contact_count_);
+    join_ranks(devices);
+    for (int r = 0; r < devices.size(); ++r) {
+      const auto n = static_cast<std::size_t>(r);
+      const Contact<T>* own = ranks_[n].own_contacts.data();
+      for (const GatherPiece& piece : {faces[n], edges[n]}) {
+        devices[r].compute().copy(ranks_[0].contacts.data() + piece.begin, own,
+                                  piece.count * sizeof(Contact<T>));
+        own += piece.count;
+      }
+    }
+    join_ranks(devices);
+    return;
+  }
   for (Rank& rank : ranks_) rank.contacts.grow(contact_count_);
   const auto target = [&](int r) { return ranks_[static_cast<std::size_t>(r)].contacts.data(); };
   const auto own = [&](int r) { return ranks_[static_cast<std::size_t>(r)].own_contacts.data(); };
@@ -484,7 +500,17 @@ double ContactDetection<T>::slide() const {
 
 template <class T>
 Span<Contact<T>> ContactDetection<T>::contacts(int r) const {
-  return ranks_[static_cast<std::size_t>(r)].contacts.span().subspan(0, contact_count_);
+  const std::size_t n = share_memory(store_.devices()) ? 0 : static_cast<std::size_t>(r);
+  return ranks_[n].contacts.span().subspan(0, contact_count_);
+}
+
+template <class T>
+Span<Contact<T>> ContactDetection<T>::contacts_to_change(int r) const {
+  if (!share_memory(store_.devices())) return contacts(r);
+  const auto n = static_cast<std::size_t>(r);
+  const auto begin = contact_count_ * n / ranks_.size();
+  const auto end = contact_count_ * (n + 1) / ranks_.size();
+  return contacts(r).subspan(begin, end - begin);
 }
 
 template class ContactDetection<float>;

@@ -55,8 +55,11 @@ class ContactDetection {
   /// @param dt [s] length of the step
   void update_contacts(double dt, StepReport& report);
 
-  /// All contacts of the latest search, in the memory of rank r; those of face pairs come first.
+  /// All contacts of the latest search, in memory that rank r reads; those of face pairs come
+  /// first.
   Span<Contact<T>> contacts(int r) const;
+  /// Those that rank r changes: all, unless ranks share the list.
+  Span<Contact<T>> contacts_to_change(int r) const;
   /// Largest number of edges by which one that bears much slides, see ProximityRule::slide().
   double slide() const;
   std::int64_t face_contacts() const noexcept { return face_contact_count_; }
@@ -99,10 +102,11 @@ class ContactDetection {
     Buffer<float> face_separation_bound, edge_separation_bound;
     Buffer<Vec3<T>> predicted;  ///< positions_t1 at the latest search for contacts
     Buffer<float> deviation;
-    Buffer<Contact<T>> own_contacts, contacts;
+    Buffer<Contact<T>> own_contacts;
+    Buffer<Contact<T>> contacts;  ///< ranks on the host share those of rank 0
     Buffer<Collision> collisions;
     Buffer<CollideCounts> counts;
-    Buffer<std::uint32_t> scratch;               ///< of the narrow phase in CUDA; else empty
+    Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
     /// See KnownDistances; in CUDA empty.
     Buffer<float> face_distance = {}, edge_distance = {};
     Buffer<Vec3<T>> measured = {};

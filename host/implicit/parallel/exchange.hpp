@@ -8,6 +8,11 @@
 
 namespace weft {
 
+/// Whether every rank reads and writes the memory of all others as fast as its own.
+inline bool share_memory(const DeviceSet& devices) {
+  return devices.backend() == Backend::host;
+}
+
 /// Later compute work of every rank starts after the earlier compute work of all ranks.
 inline void join_ranks(DeviceSet& devices) {
   if (devices.size() == 1) return;

@@ -15,10 +15,11 @@ namespace weft {
 /// make_firm(): loads arrive there within a step, so that what a contact remembers does not help.
 /// Reads: positions, contacts, touched. Writes: contacts as they push and drag, both sums.
 /// Order: mismatch_sq in the contacts' order, in double; force_sum in fixed point, in any order;
-/// every rank computes all. Ghosts: all vertices. Flags: none.
+/// every rank computes all, or its share of a list that it shares. Ghosts: all vertices.
+/// Flags: none.
 template <class T>
 struct AssembleActiveSetUpdate {
-  Span<Contact<T>> contacts;                  ///< all of the step, in global order
+  Span<Contact<T>> contacts;                  ///< of the step, in global order
   Span<const Vec3<T>> positions;              ///< [m] where the solve ended
   Span<const Vec3<T>> positions_t0;           ///< [m] at the start of the step
   Span<const Index> component_of_vertex;      ///< [cloth vertices]
@@ -42,6 +43,9 @@ struct AssembleActiveSetUpdate {
   /// [component_sums * components] forces on each component, in weights of the component /
   /// weight_one, see ComponentForces. Is added to.
   Span<std::int64_t> force_sum;
+  /// [contacts] [N^2] what each adds to mismatch_sq, before it is multiplied by h^2; empty: not
+  /// wanted. On the host only.
+  Span<double> mismatch_of_contact{};
 };
 
 /// Fixed-point representation of one in AssembleActiveSetUpdate::force_sum. The force of a contact

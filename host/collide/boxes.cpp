@@ -72,8 +72,10 @@ class BoxMaker {
 
   void make_list(int kind) const {
     const ClusterList<T>& list = a_.lists[kind];
-    double sum = 0;
-    for (Index g = 0; g < list.group_count(); ++g) {
+    const Offset groups = list.group_count();
+    const auto begin = static_cast<Index>(groups * a_.part / a_.parts);
+    const auto end = static_cast<Index>(groups * (a_.part + 1) / a_.parts);
+    for (Index g = begin; g < end; ++g) {
       Box whole = empty_box<float>();
       for (Index lane = 0; lane < cluster_size; ++lane) {
         SplitBox<float> box{empty_box<float>(), empty_box<float>()};
@@ -84,10 +86,9 @@ class BoxMaker {
         if (ends_wanted(kind)) set_lane(list.group_ends.data()[g], lane, box.end);
       }
       list.hulls.data()[g] = whole;
-      sum += static_cast<double>(extent(whole));
     }
-    a_.mean_extent.data()[kind] =
-        list.group_count() > 0 ? static_cast<float>(sum / list.group_count()) : 0.0f;
+    if (a_.parts == 1)
+      a_.mean_extent.data()[kind] = mean_extent(list.hulls.subspan(0, list.group_count()));
   }
 
   /// Those of obstacles may serve when a later motion is split.

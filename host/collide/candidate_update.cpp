@@ -16,6 +16,7 @@ class CandidateUpdater {
     find();
     if (!may_grow(a_)) return;
     for (Index n = 0; n < counts_.out_of_bounds; ++n) grow_swept_aabb(a_, n);
+    if (a_.boxes.part > 0 && !a_.search) return;
     for (const int kind : {cloth_vertices, cloth_faces, cloth_edges}) touch(kind);
     if (!a_.search || static_cast<std::size_t>(counts_.dirty) > a_.dirty.size()) return;
     for (Index n = 0; n < counts_.dirty; ++n) ask(a_.dirty.data()[n]);
@@ -43,7 +44,7 @@ class CandidateUpdater {
     for (Index i = 0; i < a_.boxes.lists[kind].count; ++i) {
       if (!is_dirty(a_, kind, i)) continue;
       append(a_.dirty, counts_.dirty, {kind, i});
-      grow_around(kind, i);
+      if (a_.boxes.part == 0) grow_around(kind, i);
     }
   }
 

@@ -1,10 +1,14 @@
 // Work on the host that ranks share out, since they read each other's memory.
 #include <gtest/gtest.h>
 
+#include <set>
+#include <utility>
+
 #include "host/exec/host_devices.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/exec/launch_observer.hpp"
 #include "weft/kernels/assemble/active_set_update.hpp"
+#include "weft/kernels/collide/boxes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {
@@ -23,6 +27,35 @@ class UpdatedContacts final : public LaunchObserver {
   std::size_t launches = 0;
   std::size_t contacts = 0;
 };
+
+/// Which parts of which lists all launches of a set of ranks make.
+class MadeBoxes final : public LaunchObserver {
+ public:
+  void before(Queue&) override {}
+  void after(Queue&, const std::type_info& kernel, const void* args) override {
+    if (kernel != typeid(CollideBoxes<float>)) return;
+    const auto& boxes = *static_cast<const CollideBoxes<float>*>(args);
+    parts.insert({boxes.part, boxes.parts});
+    lists.insert(boxes.lists[cloth_faces].clusters.data());
+  }
+
+  std::set<std::pair<int, int>> parts;
+  std::set<const void*> lists;
+};
+
+TEST(SharedWork, EachBoxIsMadeByOneRank) {
+  for (const int ranks : {1, 3}) {
+    MadeBoxes made;
+    LaunchObserver::current = &made;
+    Simulation simulation(test::sheet_on_sphere(Precision::single_precision), host_devices(ranks));
+    EXPECT_EQ(simulation.step().failure, Failure::none);
+    LaunchObserver::current = nullptr;
+    std::set<std::pair<int, int>> all;
+    for (int r = 0; r < ranks; ++r) all.insert({r, ranks});
+    EXPECT_EQ(all, made.parts);
+    EXPECT_EQ(1u, made.lists.size());
+  }
+}
 
 TEST(SharedWork, EachContactIsUpdatedByOneRank) {
   UpdatedContacts counted[3];

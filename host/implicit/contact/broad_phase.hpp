@@ -27,9 +27,10 @@ class BroadPhase {
   /// @param self whether to find pairs of cloth with cloth
   BroadPhase(DeviceSet& devices, const PrimitiveCounts& counts, bool self);
 
-  /// Submits to rank r: boxes of the motion in `args`, and the hashes and tables built on them.
-  /// @param args positions, velocities, primitives, margins and reach; the rest is filled in here
-  void launch_boxes(int r, CollideBoxes<T> args);
+  /// Submits to all ranks: boxes of the motion in `args`, and the hashes and tables built on them.
+  /// @param args [ranks] positions, velocities, primitives, margins, reach; the rest is filled in
+  /// here
+  void launch_boxes(const std::vector<CollideBoxes<T>>& args);
 
   /// The arguments of rank r's box and pair kernels: `args`, with this object's buffers filled in.
   CollideBoxes<T> boxes_of(int r, CollideBoxes<T> args) const;
@@ -79,13 +80,18 @@ class BroadPhase {
     bool made = false;
   };
 
-  Rank make_rank(Device& device) const;
+  Rank make_rank(int r) const;
+  void launch_mean_extents(int r);
+  void launch_grid(int r, std::size_t kind);
   ClusterList<T> empty_list(int kind) const;
-  ClusterList<T> list(const Rank& rank, int kind) const;
+  ClusterList<T> list(int r, int kind) const;
+  /// The rank whose lists and hashes rank r reads.
+  std::size_t owner(int r) const { return shared_ ? 0 : static_cast<std::size_t>(r); }
 
   DeviceSet& devices_;
   PrimitiveCounts counts_;
   bool self_;
+  bool shared_;  ///< ranks read the lists and hashes of rank 0, and each of them makes a part
   WorkCuts face_cuts_, edge_cuts_;
   std::vector<Rank> ranks_;
 };

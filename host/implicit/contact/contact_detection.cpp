@@ -289,11 +289,12 @@ void ContactDetection<T>::search_pairs(double dt, double margin_factor, bool pre
                                        StepReport& report) {
   broad_phase_.set_self(self && store_.scene().contact.self);
   share_out_queries();
+  std::vector<CollideBoxes<T>> boxes;
   for (int r = 0; r < store_.devices().size(); ++r) {
-    CollideBoxes<T> boxes = boxes_of(r, dt, margin_factor);
-    if (predict) boxes.inertial_time = static_cast<T>(dt);
-    broad_phase_.launch_boxes(r, boxes);
+    boxes.push_back(boxes_of(r, dt, margin_factor));
+    if (predict) boxes.back().inertial_time = static_cast<T>(dt);
   }
+  broad_phase_.launch_boxes(boxes);
   list_pairs(self);
   searched_ = true;
   unordered_ = false;

@@ -97,8 +97,8 @@ void SweptSearch<T>::move(const std::vector<Vec3<double>>& positions_t0,
 
 template <class T>
 void SweptSearch<T>::run() {
-  for (int r = 0; r < devices_.size(); ++r) {
-    const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  std::vector<CollideBoxes<T>> of_ranks;
+  for (const Rank& rank : ranks_) {
     CollideBoxes<T> boxes{};
     boxes.positions_t0 = rank.positions_t0.span();
     boxes.positions_t1 = rank.positions_t1.span();
@@ -108,8 +108,9 @@ void SweptSearch<T>::run() {
     boxes.margin_at_rest = margin_;
     boxes.reach = inflate_;
     boxes.split_motion = split_motion_;
-    broad_phase_.launch_boxes(r, boxes);
+    of_ranks.push_back(boxes);
   }
+  broad_phase_.launch_boxes(of_ranks);
   do {
     for (int r = 0; r < devices_.size(); ++r) launch_pairs(r);
     read_counts();

@@ -40,7 +40,9 @@ class PairSearch {
   }
 
   Found run() {
-    for (int r = 0; r < devices_.size(); ++r) broad_phase_.launch_boxes(r, at(inputs_, r)->args);
+    std::vector<CollideBoxes<T>> motions;
+    for (const auto& input : inputs_) motions.push_back(input->args);
+    broad_phase_.launch_boxes(motions);
     Found found;
     for (bool full = true; full; ++found.launches) full = launch_pairs();
     for (int r = 0; r < devices_.size(); ++r) {

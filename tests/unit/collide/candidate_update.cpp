@@ -45,9 +45,11 @@ class Search {
       upload(queue, ranks_.back().t1, cast_all<T>(mesh.positions_t1));
       upload(queue, ranks_.back().triangles, mesh.triangles);
       upload(queue, ranks_.back().edges, mesh.edges);
-      broad_phase_.launch_boxes(r, boxes(r));
-      broad_phase_.launch_pairs(r, pairs(r));
     }
+    std::vector<CollideBoxes<T>> motions;
+    for (int r = 0; r < ranks; ++r) motions.push_back(boxes(r));
+    broad_phase_.launch_boxes(motions);
+    for (int r = 0; r < ranks; ++r) broad_phase_.launch_pairs(r, pairs(r));
     sync_ranks(devices_);
     for (const Rank& rank : ranks_) {
       const CollideCounts& counts = rank.counts.data()[0];

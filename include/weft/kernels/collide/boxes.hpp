@@ -77,7 +77,8 @@ enum ClusterKind {
 /// Boxes of obstacles that an earlier search made stand as long as none of their vertices' boxes
 /// changes, nor a vertex moves in a motion that is split. Reads: positions, swept AABBs. Writes:
 /// boxes. Order: independent; the mean sums in fixed order. Ghosts: all vertices. Flags: split,
-/// obstacles_made, obstacles_moved. Every rank makes all boxes.
+/// obstacles_made, obstacles_moved. Every rank makes all boxes, or its part of lists that it
+/// shares.
 template <class T>
 struct CollideBoxes {
   Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
@@ -105,6 +106,10 @@ struct CollideBoxes {
   /// [1] 1: some moved in a motion that was split, so that none stands in the next search. Read
   /// unless `make_obstacles`.
   Span<unsigned char> obstacles_moved;
+  /// On the host, part `part` of `parts` of the groups of each list, if ranks share the lists. The
+  /// means then have to wait for all parts.
+  int part = 0;
+  int parts = 1;
 };
 
 /// Grows `box` outwards by `by` and by more than rounding can have taken off: in float, that of the
@@ -157,6 +162,13 @@ WEFT_HD inline Box around(const BoxOf<double>& box) noexcept {
 /// Mean size of a box along the axes. [m]
 WEFT_HD inline float extent(const Box& box) noexcept {
   return (box.hi[0] - box.lo[0] + box.hi[1] - box.lo[1] + box.hi[2] - box.lo[2]) / 3;
+}
+
+/// Mean size of the hulls of a list. [m]
+inline float mean_extent(Span<const Box> hulls) noexcept {
+  double sum = 0;
+  for (const Box& hull : hulls) sum += static_cast<double>(extent(hull));
+  return hulls.empty() ? 0.0f : static_cast<float>(sum / static_cast<double>(hulls.size()));
 }
 
 /// Whether the boxes are not the same; true where either has a NaN.

@@ -37,7 +37,8 @@ struct CandidateUpdateCounts {
 /// they were, so that nothing asks them before the next search. Reads: positions, boxes. Writes:
 /// boxes, out_of_bounds_index, out_of_bounds, dirty, pairs, counts. Order: none; a pair of two that
 /// are dirty may stand there twice. Ghosts: all vertices. Flags: counts above capacity, or
-/// obstacles above 0: a whole search is called for then. Every rank grows all boxes.
+/// obstacles above 0: a whole search is called for then. Every rank grows all boxes, but of lists
+/// that ranks share only the one of part 0 does.
 template <class T>
 struct CollideCandidateUpdate {
   CollideBoxes<T> boxes;            ///< of the latest search, but where positions_t1 are now

@@ -28,8 +28,7 @@ class BroadPhase {
   BroadPhase(DeviceSet& devices, const PrimitiveCounts& counts, bool self);
 
   /// Submits to all ranks: boxes of the motion in `args`, and the hashes and tables built on them.
-  /// @param args [ranks] positions, velocities, primitives, margins, reach; the rest is filled in
-  /// here
+  /// @param args [ranks] all but lists, tables and flags, which are filled in here
   void launch_boxes(const std::vector<CollideBoxes<T>>& args);
 
   /// The arguments of rank r's box and pair kernels: `args`, with this object's buffers filled in.

@@ -44,6 +44,11 @@ bool same_ends(const std::vector<Spring<double>>& a, const std::vector<Spring<do
                     });
 }
 
+void keep_each_once(std::vector<Index>& vertices) {
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+}
+
 /// Energy that the curved rest shape of a plate's triangle adds, see PlateShape.
 double shape_energy(const PlateShape& shape, std::size_t t, const std::vector<Vec3<double>>& x) {
   Vec3<double> corner[3];
@@ -65,6 +70,7 @@ ExternalWork<T>::ExternalWork(Store<T>& store, const std::vector<RankGeometry<T>
       pressure_(store.devices()[0]),
       partial_(store.devices()[0]),
       chosen_on_device_(store.devices()[0]),
+      met_(store.devices()[0]),
       gathered_(store.devices()[0]) {
   const Scene& scene = store.scene();
   const Model& model = store.model();
@@ -82,11 +88,15 @@ ExternalWork<T>::ExternalWork(Store<T>& store, const std::vector<RankGeometry<T>
     upload(store.devices()[0].compute(), pressure_, cast_all<T>(model.pressure));
 }
 
+/// @param vertices in the memory of rank 0
 template <class T>
-std::vector<Vec3<T>> ExternalWork<T>::fetch(Span<const Vec3<T>> from) {
-  std::vector<Vec3<T>> to(from.size());
+std::vector<Vec3<T>> ExternalWork<T>::fetch(Span<const Index> vertices, Span<const Vec3<T>> from) {
+  std::vector<Vec3<T>> to(vertices.size());
+  if (to.empty()) return to;
   Queue& queue = store_.devices()[0].compute();
-  queue.copy(to.data(), from.data(), from.size() * sizeof(Vec3<T>));
+  gathered_.grow(to.size());
+  launch(queue, IntegrateGather<T>{vertices, from, gathered_.span().subspan(0, vertices.size())});
+  queue.copy(to.data(), gathered_.data(), to.size() * sizeof(Vec3<T>));
   queue.sync();
   return to;
 }
@@ -94,21 +104,17 @@ std::vector<Vec3<T>> ExternalWork<T>::fetch(Span<const Vec3<T>> from) {
 /// @param vertices in any order, some perhaps several times
 template <class T>
 void ExternalWork<T>::choose(std::vector<Index> vertices) {
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  keep_each_once(vertices);
   if (vertices == chosen_) return;
   chosen_ = std::move(vertices);
   upload(store_.devices()[0].compute(), chosen_on_device_, chosen_);
-  gathered_.resize(chosen_.size());
   for (Vectors* all : {&x0_, &x1_, &v0_, &v1_, &v_end_, &linear_about_})
     all->resize(at(store_.model().vertex_count));
 }
 
 template <class T>
 void ExternalWork<T>::fetch_chosen(Span<const Vec3<T>> from, Vectors& to) {
-  launch(store_.devices()[0].compute(),
-         IntegrateGather<T>{chosen_on_device_.span(), from, gathered_.span()});
-  const std::vector<Vec3<T>> gathered = fetch(gathered_.span());
+  const std::vector<Vec3<T>> gathered = fetch(chosen_on_device_.span(), from);
   for (std::size_t k = 0; k < chosen_.size(); ++k)
     to[at(chosen_[k])] = vec_cast<double>(gathered[k]);
 }
@@ -393,34 +399,43 @@ double ExternalWork<T>::of_springs(const Springs& springs, const AcceptedMotion<
 /// An impact zone conserves momentum together with its prescribed vertices, and loses kinetic
 /// energy in the frame of these. So the cloth gains at most its gain of momentum times their
 /// velocity. If they have several velocities, all momentum may come from the one farthest from the
-/// mean. Vertices that give way have two velocities: the prescribed one and their final one.
+/// mean. Vertices that give way have two velocities: the prescribed one and their final one. Zones
+/// move nothing but the vertices of their collisions.
 template <class T>
 double ExternalWork<T>::of_zones(const AcceptedMotion<T>& motion) {
-  const std::vector<Vec3<T>> x0 = fetch(store_.rank(0).positions.span());
-  const std::vector<Vec3<T>> ends[] = {fetch(motion.positions_solved), fetch(motion.positions)};
-  Vec3<double> low{}, high{};
-  bool any = false;
+  std::vector<Index> held, free;
   for (const Collision& c : *motion.collisions)
-    for (const Index v : c.v) {
-      if ((*motion.fixed)[at(v)] == 0) continue;
-      for (const std::vector<Vec3<T>>& x1 : ends) {
-        const auto moved = vec_cast<double>(x1[at(v)] - x0[at(v)]);
-        for (int k = 0; k < 3; ++k) {
-          low[k] = any ? std::min(low[k], moved[k]) : moved[k];
-          high[k] = any ? std::max(high[k], moved[k]) : moved[k];
-        }
-        any = true;
+    for (const Index v : c.v) ((*motion.fixed)[at(v)] != 0 ? held : free).push_back(v);
+  keep_each_once(held);
+  keep_each_once(free);
+  std::vector<Index> met = held;
+  met.insert(met.end(), free.begin(), free.end());
+  met_.grow(met.size());
+  upload(store_.devices()[0].compute(), met_, met);
+  const Span<const Index> held_met = met_.span().subspan(0, held.size());
+  const Span<const Index> free_met = met_.span().subspan(held.size(), free.size());
+  Vec3<double> low{}, high{};
+  const std::vector<Vec3<T>> x0 = fetch(held_met, store_.rank(0).positions.span());
+  bool any = false;
+  for (const Span<const Vec3<T>> end : {motion.positions_solved, motion.positions}) {
+    const std::vector<Vec3<T>> x1 = fetch(held_met, end);
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      const auto moved = vec_cast<double>(x1[i] - x0[i]);
+      for (int k = 0; k < 3; ++k) {
+        low[k] = any ? std::min(low[k], moved[k]) : moved[k];
+        high[k] = any ? std::max(high[k], moved[k]) : moved[k];
       }
+      any = true;
     }
-  if (!any || (length_sq(low) == 0 && length_sq(high) == 0)) return 0;
-  const Model& model = store_.model();
-  const std::vector<Vec3<T>> v_solved = fetch(motion.velocities_solved);
-  const std::vector<Vec3<T>> v_end = fetch(motion.velocities);
+  }
+  if (length_sq(low) == 0 && length_sq(high) == 0) return 0;
+  const std::vector<Vec3<T>> v_solved = fetch(free_met, motion.velocities_solved);
+  const std::vector<Vec3<T>> v_end = fetch(free_met, motion.velocities);
   Vec3<double> momentum{};
   double all = 0;
-  for (Index v = 0; v < model.cloth_vertex_count; ++v) {
-    if ((*motion.fixed)[at(v)] != 0) continue;
-    const Vec3<double> p = model.mass[at(v)] * vec_cast<double>(v_end[at(v)] - v_solved[at(v)]);
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const Vec3<double> p =
+        store_.model().mass[at(free[i])] * vec_cast<double>(v_end[i] - v_solved[i]);
     momentum += p;
     all += length(p);
   }

@@ -63,7 +63,7 @@ class ExternalWork {
   double of_zones(const AcceptedMotion<T>& motion);
   void choose(std::vector<Index> vertices);
   void fetch_chosen(Span<const Vec3<T>> from, Vectors& to);
-  std::vector<Vec3<T>> fetch(Span<const Vec3<T>> from);
+  std::vector<Vec3<T>> fetch(Span<const Index> vertices, Span<const Vec3<T>> from);
 
   Store<T>& store_;
   const std::vector<RankGeometry<T>>& geometry_;
@@ -75,6 +75,7 @@ class ExternalWork {
   AtPins at_pins_;
   std::vector<Index> chosen_;  ///< vertices that the host looks at
   Buffer<Index> chosen_on_device_;
+  Buffer<Index> met_;  ///< vertices of collisions
   Buffer<Vec3<T>> gathered_;
   /// [vertices] at the start, and where the solve ended; right for chosen vertices only
   Vectors x0_, x1_, v0_, v1_, v_end_, linear_about_;

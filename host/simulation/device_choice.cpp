@@ -27,9 +27,19 @@ constexpr double peer_waits = 4;
 /// Of what it takes to issue a copy, to launch a kernel.
 constexpr double launch_share = 0.5;
 
-/// Share of the ideal saving that more GPUs have to reach. Two thirds: what else a step does gains
-/// less from GPUs than its products (benchmarks/journal/2026-11-four-h200s.md).
-constexpr double saving_share = 2.0 / 3;
+/// Iterations of a step: 43 to 244 in the drapes that the model is fitted to.
+constexpr double typical_iterations = 150;
+/// [s] that an iteration with contacts and levels waits longer than one without.
+constexpr double further_waits = 15e-6;
+/// What a step takes beside its iterations: [s] whatever the rows, [s] for each further GPU, since
+/// one thread launches for all, and as long as copies of so many bytes a row, of which GPUs share
+/// half.
+constexpr double step_overhead = 1.5e-3;
+constexpr double overhead_of_gpu = 0.8e-3;
+constexpr double step_bytes_a_row = 93e3;
+
+/// Share of the time of a step that more GPUs have to save.
+constexpr double saving_share = 1.0 / 8;
 
 double compute_time(const ProductLoad& load, double bandwidth, double rows) {
   return rows * load.bytes_a_row * bytes_excess / bandwidth;
@@ -127,9 +137,8 @@ std::string reason_for_cpu(const Scene& scene) {
   return {};
 }
 
-bool pays(double before, double after, int gpus_before, int gpus_after) {
-  const double ideal = 1 - static_cast<double>(gpus_before) / gpus_after;
-  return 1 - after / before >= saving_share * ideal;
+bool pays(double before, double after) {
+  return after <= (1 - saving_share) * before;
 }
 
 /// The next number of GPUs to look at: 2, 4, 8, ..., and at last all of them.
@@ -144,12 +153,12 @@ class GpuChoice {
 
   DeviceChoice decide() {
     gpus_.measure(1);
-    add(1, product_time(load_, gpus_.bandwidth(), 1, {}, Transport::peer), "");
+    add(1, step_time(load_, gpus_.bandwidth(), 1, {}, Transport::peer), "");
     int taken = 1;
     std::string why = all_ == 1 ? "the only GPU" : "";
     while (why.empty() && taken < all_) {
       const int next = next_count(taken, all_);
-      why = reason_against(taken, next);
+      why = reason_against(next);
       if (why.empty()) taken = next;
     }
     if (why.empty()) why = "all GPUs";
@@ -165,25 +174,24 @@ class GpuChoice {
   }
 
   /// Empty: `next` GPUs pay.
-  std::string reason_against(int taken, int next) {
+  std::string reason_against(int next) {
     const double now = choice_.estimates.back().seconds;
     const double free =
-        product_time(load_, gpus_.bandwidth(), next, {true, 0, 1e300, 0, 1e300}, Transport::peer);
-    if (!pays(now, free, taken, next))
+        step_time(load_, gpus_.bandwidth(), next, {true, 0, 1e300, 0, 1e300}, Transport::peer);
+    if (!pays(now, free))
       return formatted(
-          "%d GPUs would take %.1f us per iteration instead of %.1f, even without "
-          "transfers",
-          next, 1e6 * free, 1e6 * now);
+          "%d GPUs would take %.1f ms per step instead of %.1f, even without transfers", next,
+          1e3 * free, 1e3 * now);
     gpus_.measure(next);
     const bool peer = gpus_.link().peer && load_.transport != Transport::pipelined;
     if (!peer && load_.transport == Transport::peer)
       return "the GPUs cannot access each other's memory, which solver.transport requires";
     const Transport transport = peer ? Transport::peer : Transport::pipelined;
-    const double after = product_time(load_, gpus_.bandwidth(), next, gpus_.link(), transport);
+    const double after = step_time(load_, gpus_.bandwidth(), next, gpus_.link(), transport);
     add(next, after, peer ? "peer" : "pipelined");
-    if (pays(now, after, taken, next)) return {};
-    return formatted("%d GPUs would take %.1f us per iteration instead of %.1f", next, 1e6 * after,
-                     1e6 * now);
+    if (pays(now, after)) return {};
+    return formatted("%d GPUs would take %.1f ms per step instead of %.1f", next, 1e3 * after,
+                     1e3 * now);
   }
 
   ProductLoad load_;
@@ -230,6 +238,14 @@ double product_time(const ProductLoad& load, double bandwidth, int ranks, const 
   return barriers + (transport == Transport::pipelined
                          ? pipelined_time(load, bandwidth, ranks, link)
                          : peer_time(load, bandwidth, ranks, link));
+}
+
+double step_time(const ProductLoad& load, double bandwidth, int ranks, const LinkFigures& link,
+                 Transport transport) {
+  const double iteration = product_time(load, bandwidth, ranks, link, transport) + further_waits;
+  const double rows = load.rows * (1 + 1.0 / ranks) / 2;
+  return typical_iterations * iteration + step_overhead + overhead_of_gpu * (ranks - 1) +
+         rows * step_bytes_a_row / bandwidth;
 }
 
 DeviceChoice choose_devices(const Scene& scene, MachineProbe& probe) {

@@ -37,9 +37,16 @@ double halo_rows(const ProductLoad& load, int ranks);
 double product_time(const ProductLoad& load, double bandwidth, int ranks, const LinkFigures& link,
                     Transport transport);
 
+/// Time of a step with a typical number of iterations and typical contacts. What matters is how it
+/// changes with the number of GPUs: that was fitted to three drapes on one and two H200s and is
+/// within 20 % of what others take (test DeviceChoice.ModelMeetsMeasuredSteps). Parameters as of
+/// product_time(). [s]
+double step_time(const ProductLoad& load, double bandwidth, int ranks, const LinkFigures& link,
+                 Transport transport);
+
 /// What `auto` stands for. CPU: where there is no GPU, or the method runs there alone. Else as
-/// many GPUs as pay: 1, 2, 4, ... and all of them, as long as product_time() falls by two thirds
-/// of what it would if GPUs were all that it takes. GPUs that cannot pay are not measured.
+/// many GPUs as pay: 1, 2, 4, ... and all of them, as long as step_time() falls by an eighth each
+/// time. GPUs that cannot pay are not measured.
 /// @param scene valid
 /// @throws DeviceError if a GPU cannot be measured
 DeviceChoice choose_devices(const Scene& scene, MachineProbe& probe);

@@ -44,8 +44,8 @@ inline AutoDevice auto_device() {
   return {};
 }
 
-/// Predicted time of one iteration of the linear solve on `gpus` GPUs. It combines P-Cloth's model
-/// of overheads (section 3.1.1) with bandwidths and latencies that are measured on this machine.
+/// Predicted time of a step of a typical scene on `gpus` GPUs, from P-Cloth's model of overheads
+/// (section 3.1.1) with bandwidths and latencies that are measured on this machine.
 struct DeviceEstimate {
   int gpus = 1;
   std::string transport;  ///< "peer" or "pipelined"; empty for one GPU

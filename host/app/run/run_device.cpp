@@ -49,7 +49,7 @@ Json choice_json(const DeviceChoice& choice) {
   Json estimates = Json::array();
   for (const DeviceEstimate& e : choice.estimates)
     estimates.push_back(
-        {{"gpus", e.gpus}, {"transport", e.transport}, {"product_us", 1e6 * e.seconds}});
+        {{"gpus", e.gpus}, {"transport", e.transport}, {"step_ms", 1e3 * e.seconds}});
   return {{"device", choice.device.empty() ? Json(nullptr) : Json(choice.device)},
           {"reason", choice.reason},
           {"estimates", estimates},
@@ -64,8 +64,8 @@ void print_choice(const DeviceChoice& choice, bool all) {
   show(stdout, "--device auto: {}; {}\n", choice.device, choice.reason);
   if (!all) return;
   for (const DeviceEstimate& e : choice.estimates)
-    show(stdout, "  {} {}: {:.1f} us per iteration{}\n", e.gpus, e.gpus == 1 ? "GPU" : "GPUs",
-         1e6 * e.seconds, e.transport.empty() ? "" : ", transport " + e.transport);
+    show(stdout, "  {} {}: {:.1f} ms per step{}\n", e.gpus, e.gpus == 1 ? "GPU" : "GPUs",
+         1e3 * e.seconds, e.transport.empty() ? "" : ", transport " + e.transport);
   for (const std::string& line : choice.figures) show(stdout, "  {}\n", line);
 }
 

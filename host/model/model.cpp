@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "host/base/buckets.hpp"
-#include "host/base/parallel.hpp"
 #include "host/geometry/morton.hpp"
 #include "host/model/material_points.hpp"
 #include "host/model/material_rows.hpp"
@@ -442,16 +441,14 @@ std::vector<unsigned char> held_triangles(const Model& model,
 PlateMatrix make_plate(const Scene& scene, const Model& model,
                        const std::vector<unsigned char>& held) {
   if (scene.bending != Bending::plate) return {};
-  std::vector<Mat3<double>> rigidity;
-  for (const Material& material : scene.materials) rigidity.push_back(bending_rigidity(material));
-  std::vector<PlateTriangle> triangles(model.rest_corners.size());
-  for_each_index(setup_threads(triangles.size()), triangles.size(), [&](std::size_t t) {
-    const auto material = static_cast<std::size_t>(model.material[t]);
+  std::vector<PlateTriangle> triangles;
+  for (std::size_t t = 0; t < model.rest_corners.size(); ++t) {
+    const Material& material = scene.materials[static_cast<std::size_t>(model.material[t])];
     const Tri& source = model.input_corners[t];
     PlateTriangle triangle{model.triangles[t],
                            model.rest_corners[t],
-                           rigidity[material],
-                           scene.materials[material].damping_stiffness,
+                           bending_rigidity(material),
+                           material.damping_stiffness,
                            held[t] != 0,
                            !model.shaped.empty() && model.shaped[t] != 0,
                            {},
@@ -459,8 +456,8 @@ PlateMatrix make_plate(const Scene& scene, const Model& model,
     if (triangle.shaped)
       for (std::size_t j = 0; j < 3; ++j)
         triangle.shape[j] = model.rest_positions[static_cast<std::size_t>(source.v[j])];
-    triangles[t] = triangle;
-  });
+    triangles.push_back(triangle);
+  }
   return make_plate_matrix(model.cloth_vertex_count, triangles);
 }
 

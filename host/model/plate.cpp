@@ -487,38 +487,31 @@ class PlateBuilder {
                negligible * std::sqrt(diagonal[i] * diagonal[at(e.column)]);
       });
     });
-    for_own_entries([&](std::size_t row, Index, const Entry&) { ++m.row_offset[row + 1]; });
+    for (std::size_t i = 0; i < count; ++i)
+      for (const Entry& e : rows_[i]) {
+        ++m.row_offset[i + 1];
+        if (at(e.column) != i) ++m.row_offset[at(e.column) + 1];
+      }
     for (std::size_t i = 0; i < count; ++i) m.row_offset[i + 1] += m.row_offset[i];
     std::vector<Offset> next(m.row_offset.begin(), m.row_offset.end() - 1);
     m.column.resize(static_cast<std::size_t>(m.row_offset.back()));
     m.stiffness.resize(m.column.size());
     m.damping.resize(m.column.size());
-    for_own_entries([&](std::size_t row, Index column, const Entry& e) {
+    const auto put = [&](std::size_t row, Index column, const Entry& e) {
       const auto place = static_cast<std::size_t>(next[row]++);
       m.column[place] = column;
       m.stiffness[place] = e.stiffness;
       m.damping[place] = e.damping;
-    });
-    for_each_index(threads_, count, [&](std::size_t i) { rows_[i] = {}; });
+    };
+    // A row's entries left of the diagonal are those of rows above, which have been put by then.
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const Entry& e : rows_[i]) {
+        put(i, e.column, e);
+        if (at(e.column) != i) put(at(e.column), static_cast<Index>(i), e);
+      }
+      rows_[i] = {};
+    }
     return m;
-  }
-
-  /// Calls use(row, column, entry) for each entry of the whole matrix, the columns of a row in
-  /// ascending order: what is left of its diagonal is in rows above. Each thread looks at all rows
-  /// and has some of them.
-  template <class Use>
-  void for_own_entries(const Use& use) const {
-    const std::size_t count = rows_.size();
-    on_threads(threads_, [&](unsigned thread) {
-      const std::size_t first = count * thread / threads_, last = count * (thread + 1) / threads_;
-      const auto is_own = [=](std::size_t row) { return row >= first && row < last; };
-      for (std::size_t i = 0; i < last; ++i)
-        for (const Entry& e : rows_[i]) {
-          if (is_own(i)) use(i, e.column, e);
-          if (at(e.column) != i && is_own(at(e.column)))
-            use(at(e.column), static_cast<Index>(i), e);
-        }
-    });
   }
 
   unsigned threads_;

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "host/base/buckets.hpp"
-#include "host/base/parallel.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/core/at.hpp"
 
@@ -78,28 +77,21 @@ void PlatePatches::find_neighbours() {
     bool forward;
     std::array<Index, 2> source;
   };
-  const unsigned threads = setup_threads(triangles_.size());
-  std::vector<Side> sides(3 * triangles_.size());
-  for_each_index(threads, triangles_.size(), [&](std::size_t t) {
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles_.size());
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k) {
       const Index a = triangles_[t].v.v[(k + 1) % 3];
       const Index b = triangles_[t].v.v[(k + 2) % 3];
-      sides[3 * t + k] = {std::min(a, b),
-                          std::max(a, b),
-                          static_cast<Index>(t),
-                          k,
-                          a < b,
-                          source_edge(triangles_[t], static_cast<int>(k))};
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(t), k, a < b,
+                       source_edge(triangles_[t], static_cast<int>(k))});
     }
-  });
   Index vertex_count = 0;
   for (const Side& s : sides) vertex_count = std::max(vertex_count, s.low + 1);
   Buckets low = buckets_by(static_cast<Index>(sides.size()), vertex_count,
                            [&](Index s) { return sides[at(s)].low; });
   const auto high = [&](Index s) { return sides[at(s)].high; };
-  // Each side is in the bucket of one vertex.
-  for_each_index(threads, at(vertex_count), [&](std::size_t first) {
-    const auto v = static_cast<Index>(first);
+  for (Index v = 0; v < vertex_count; ++v) {
     std::sort(low.begin(v), low.end(v),
               [&](Index a, Index b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
     for (const Index* s = low.begin(v); s != low.end(v);) {
@@ -115,7 +107,7 @@ void PlatePatches::find_neighbours() {
         }
       s = end;
     }
-  });
+  }
 }
 
 bool PlatePatches::same_piece(Index t, int edge) const {

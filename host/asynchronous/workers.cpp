@@ -2,28 +2,9 @@
 
 #include <algorithm>
 
+#include "weft/exec/spin.hpp"
+
 namespace weft {
-namespace {
-
-/// Looks at an atomic before the thread goes to sleep, some 40 microseconds of them: parts of ticks
-/// take less, and waking up takes as long.
-constexpr int looks = 1000;
-
-/// Leaves the core to the other thread on it for a moment.
-void pause() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#endif
-}
-
-template <class T>
-bool changes_soon(const std::atomic<T>& value, T old) {
-  for (int k = 0; k < looks; ++k, pause())
-    if (value.load(std::memory_order_acquire) != old) return true;
-  return false;
-}
-
-}  // namespace
 
 Workers::Workers(int count)
     : calls_(new Call[static_cast<std::size_t>(std::max(count, 1))]),

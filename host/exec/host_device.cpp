@@ -5,9 +5,9 @@
 #include <new>
 #include <utility>
 
-#include "host/exec/spin.hpp"
 #include "weft/error.hpp"
 #include "weft/exec/large_pages.hpp"
+#include "weft/exec/spin.hpp"
 
 namespace weft {
 namespace {

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <utility>
 
-#include "host/exec/spin.hpp"
+#include "weft/exec/spin.hpp"
 
 namespace weft {
 namespace {

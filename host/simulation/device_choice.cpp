@@ -27,7 +27,7 @@ constexpr double peer_waits = 4;
 /// Of what it takes to issue a copy, to launch a kernel.
 constexpr double launch_share = 0.5;
 
-/// Iterations of a step: 43 to 244 in the drapes that the model is fitted to.
+/// Iterations of a step: 43 to 244 in the drapes that the model is compared with.
 constexpr double typical_iterations = 150;
 /// [s] that an iteration with contacts and levels waits longer than one without.
 constexpr double further_waits = 15e-6;

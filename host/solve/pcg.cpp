@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "host/exec/host_device.hpp"
-#include "host/exec/spin.hpp"
 #include "host/solve/pcg_rows.hpp"
 #include "host/solve/tracked.hpp"
+#include "weft/exec/spin.hpp"
 
 namespace weft {
 namespace {

@@ -13,6 +13,7 @@ void active_set_update(const AssembleActiveSetUpdate<T>& a) {
     const ActiveSetChange<T> change = assemble_active_set_update(a, i);
     sum += change.mismatch_sq;
     if (!a.mismatch_of_contact.empty()) a.mismatch_of_contact[at(i)] = change.mismatch_sq;
+    if (a.early) continue;  // no forces yet
     for (int side = 0; side < 2; ++side) {
       const ComponentForces part = component_forces(a, i, side, change);
       if (part.component < 0) continue;

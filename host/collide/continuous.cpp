@@ -1,7 +1,9 @@
 #include "weft/kernels/collide/continuous.hpp"
 
 #include <algorithm>
+#include <cmath>
 
+#include "host/collide/near_pairs.hpp"
 #include "host/exec/host_device.hpp"
 
 namespace weft {
@@ -29,27 +31,37 @@ class ContinuousFinder {
  private:
   bool done() const { return a_.stop_at_missed && missed_ > 0; }
 
-  void check_vertices(CollideCounts& counts) const {
+  void check_vertices(CollideCounts& counts) {
     counts.out_of_bounds = 0;
     counts.not_finite = 0;
     for (Index v = a_.vertex_begin; v < a_.vertex_end; ++v) {
       counts.not_finite += rule_.not_finite(v);
       counts.out_of_bounds += rule_.out_of_bounds(v) ? 1 : 0;
     }
-    for (std::size_t v = 0; v < a_.deviation.size(); ++v) a_.deviation[v] = rule_.deviation(v);
+    for (std::size_t v = 0; v < a_.deviation.size(); ++v) {
+      const float d = rule_.deviation(v);
+      a_.deviation[v] = d;
+      if (d > largest_deviation_ || std::isnan(d)) largest_deviation_ = d;
+    }
   }
 
   template <int First>
   void find(std::size_t pairs) {
     PairLanes<T, First> lanes;
-    for (std::size_t i = 0; i < pairs && !done(); ++i) {
+    const float deviation = largest_deviation_ + largest_deviation_;
+    const auto is_far = [&](std::size_t i) {
+      return rule_.is_apart(rule_.template separation_bound<First>(i), deviation);
+    };
+    const auto look_at = [&](std::size_t i) {
       Index v[4];
       rule_.template corners<First>(i, v);
       if (!rule_.template has_to_be_looked_at<First>(v, rule_.template separation_bound<First>(i)))
-        continue;
+        return;
       lanes.add(v, i, a_.positions_t0, a_.positions_t1);
       if (lanes.full()) look(lanes);
-    }
+    };
+    visit_near_pairs((First == 1 ? a_.face_pairs : a_.edge_pairs).data(), pairs, is_far, look_at,
+                     [this] { return done(); });
     look(lanes);
   }
 
@@ -73,6 +85,7 @@ class ContinuousFinder {
 
   const CollideContinuous<T> a_;
   const ContinuousRule<T> rule_{a_};
+  float largest_deviation_ = 0;  ///< [m] not a number if any is not
   std::size_t count_ = 0;
   Index missed_ = 0;
   Offset tests_ = 0;

@@ -4,6 +4,7 @@
 
 #include "host/collide/close_pairs.hpp"
 #include "host/collide/known_pairs.hpp"
+#include "host/collide/near_pairs.hpp"
 #include "host/exec/host_device.hpp"
 
 namespace weft {
@@ -36,13 +37,18 @@ class ProximityFinder {
     const ProximityRule<T> rule(a_);
     PairLanes<T, First> lanes;
     ClosePairs<T, First> close;
-    for (std::size_t i = 0; i < pairs; ++i) {
+    const auto is_far = [&](std::size_t i) {
+      return known.template is_far<First>(i, rule.template separation_bound<First>(i));
+    };
+    const auto look_at = [&](std::size_t i) {
       if (known.template passes_over<First>(rule.template pair<First>(i), i,
                                             rule.template separation_bound<First>(i)))
-        continue;
+        return;
       rule.add(lanes, i);
       if (lanes.full()) look(rule, lanes, close, known);
-    }
+    };
+    visit_near_pairs(rule.template all_pairs<First>(), pairs, is_far, look_at,
+                     [] { return false; });
     look(rule, lanes, close, known);
     look(rule, close, known);
   }

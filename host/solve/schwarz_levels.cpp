@@ -6,7 +6,6 @@
 
 #include "host/exec/host_device.hpp"
 #include "host/solve/galerkin_matrix.hpp"
-#include "weft/state/link_blocks.hpp"
 
 namespace weft {
 namespace {
@@ -96,26 +95,58 @@ class DomainInverter {
     for (Index row = first_; row < last_; ++row)
       for (Index e = a_.contact.end_offset.data()[row]; e < a_.contact.end_offset.data()[row + 1];
            ++e)
-        if (!fixed(row)) add_link(row, a_.contact.link.data()[a_.contact.end.data()[e].link]);
+        add_link(row, a_.contact.link.data()[a_.contact.end.data()[e].link]);
   }
+  /// Adds a link as a whole where it is met in the first row of the domain that it moves.
   void add_link(Index row, const ContactOperatorEntry<T>& link) noexcept {
-    int place[4];
-    for (int n = 0; n < 4; ++n) place[n] = place_of(row, link.v[n] - a_.row_begin);
-    const auto blocks =
-        LinkBlocks<T>::of(link, a_.row_begin + row, place, static_cast<int>(aggregate(row)));
-    for (int n = 0; n < 4; ++n)
-      if (blocks.weight[n] != T(0))
-        add_block(row, link.v[n] - a_.row_begin,
-                  [&](int k) { return blocks.weight[n] * link.component(k); });
+    Corners own;   // by the aggregates of this domain
+    Corners left;  // by those of the wide level before it
+    Index first = last_;
+    T all = T(0);
+    for (int n = 0; n < 4; ++n) {
+      const Index r = link.v[n] - a_.row_begin;
+      const T weight = link.w[n];
+      if (weight == T(0) || !has(r)) continue;
+      if (r < first_) {
+        left.add((r - begin_) >> a_.wide.shift, weight);
+        continue;
+      }
+      if (r < row) return;
+      first = std::min(first, r);
+      all += weight;
+      own.add(aggregate(r), weight);
+    }
+    if (first != row) return;
+    for (int i = 0; i < own.count; ++i)
+      for (int j = 0; j < own.count; ++j)
+        if (own.place[j] <= own.place[i]) {
+          const T weight = own.weight[i] * own.weight[j];
+          sum_.add_block(own.place[i], own.place[j],
+                         [&](int k) { return weight * link.component(k); });
+        }
+    for (int n = 0; n < left.count; ++n) {
+      const T weight = all * left.weight[n];
+      for (int k = 0; k < 9; ++k)
+        left_[left.place[n]].e[k] += static_cast<double>(weight * link.component(k));
+    }
   }
-  /// Number of a column's aggregate, up to that of the row, or, behind those, of the wide level's.
-  int place_of(Index row, Index column) const noexcept {
-    if (!has(column)) return LinkBlocks<T>::nowhere;
-    if (column < first_)
-      return static_cast<int>(schwarz_aggregates_max + ((column - begin_) >> a_.wide.shift));
-    return aggregate(column) <= aggregate(row) ? static_cast<int>(aggregate(column))
-                                               : LinkBlocks<T>::nowhere;
-  }
+
+  /// Corners of a link, those of an aggregate as one.
+  struct Corners {
+    Index place[4];
+    T weight[4];
+    int count = 0;
+
+    void add(Index where, T by) noexcept {
+      for (int n = 0; n < count; ++n)
+        if (place[n] == where) {
+          weight[n] += by;
+          return;
+        }
+      place[count] = where;
+      weight[count++] = by;
+    }
+  };
 
   void invert_wide() const noexcept {
     GalerkinMatrix sum(a_.wide.size());

@@ -117,6 +117,7 @@ typename ContactDetection<T>::Rank ContactDetection<T>::make_rank(int r,
     const MemoryName of_pairs("pairs");
     rank.face_distance = Buffer<float>(device, faces);
     rank.edge_distance = Buffer<float>(device, edges);
+    rank.closed = Buffer<float>(device, 1);
     rank.measured = Buffer<Vec3<T>>(device, m.positions.size());
     rank.motions = Buffer<PrimitiveMotion<T>>(
         device, m.positions.size() + m.edges.size() + m.triangles.size());
@@ -204,7 +205,7 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           static_cast<T>(length(store_.scene().gravity)),
           g.cut.span(),
           {rank.face_distance.span(), rank.edge_distance.span(), rank.measured.span(),
-           rank.motions.span(), rank.distances_hold}};
+           rank.closed.span(), rank.motions.span(), rank.distances_hold}};
 }
 
 template <class T>

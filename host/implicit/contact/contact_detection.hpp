@@ -108,7 +108,7 @@ class ContactDetection {
     Buffer<CollideCounts> counts;
     Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
     /// See KnownDistances; in CUDA empty.
-    Buffer<float> face_distance = {}, edge_distance = {};
+    Buffer<float> face_distance = {}, edge_distance = {}, closed = {};
     Buffer<Vec3<T>> measured = {};
     Buffer<PrimitiveMotion<T>> motions = {};
     bool distances_hold = false;

@@ -18,12 +18,14 @@ struct PrimitiveMotion {
   DisplacementBall<T> before, ahead;
 };
 
-/// Lower bounds of the pairs' distances at given positions. With them a later call skips pairs that
-/// cannot have come close. On the host only.
+/// Lower bounds of the pairs' distances at given positions, plus what any two primitives may have
+/// closed in between the search and then. With them a later call skips pairs that cannot have come
+/// close. On the host only.
 template <class T>
 struct KnownDistances {
   Span<float> faces, edges;          ///< [capacity of the pairs] [m]; empty: not kept
   Span<Vec3<T>> positions;           ///< [vertices] [m] at which they are bounds
+  Span<float> closed;                ///< [1] [m] that is in them
   Span<PrimitiveMotion<T>> motions;  ///< scratch [vertices + edges + faces]
   bool hold = false;                 ///< false: the pairs are new, nothing is known of them
 };

@@ -406,7 +406,7 @@ TEST(CollideProximitySeparationBound, IsALowerBoundOfTheGap) {
 template <class T>
 struct KnownDistancesOn {
   const ProximityOn<T> on;
-  Buffer<float> faces, edges;
+  Buffer<float> faces, edges, closed;
   Buffer<Vec3<T>> measured;
   Buffer<PrimitiveMotion<T>> motions;
   CollideProximity<T> args;
@@ -415,10 +415,12 @@ struct KnownDistancesOn {
       : on(device, in, 20'000),
         faces(device, in.face_pairs.size()),
         edges(device, in.edge_pairs.size()),
+        closed(device, 1),
         measured(device, in.positions_t0.size()),
         motions(device, in.positions_t0.size() + in.edges.size() + in.triangles.size()),
         args(on.args(in.cloth)) {
-    args.known = {faces.span(), edges.span(), measured.span(), motions.span(), false};
+    args.known = {faces.span(),  edges.span(),   measured.span(),
+                  closed.span(), motions.span(), false};
   }
   CollideCounts step(Device& device, const ProximityInput<T>& in) {
     const CollideCounts counts =
@@ -442,8 +444,9 @@ TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
   Device& device = host[0];
   KnownDistancesOn<T> known(device, input);
   const ProximityOn<T> fresh(device, input, 20'000);
-  std::size_t passed_over = 0;
+  std::size_t passed_over = 0, far = 0;
   for (int step = 0; step < 5; ++step) {
+    const std::vector<float> before(known.faces.data(), known.faces.data() + known.faces.size());
     for (const ProximityOn<T>* on : {&known.on, &fresh}) {
       std::copy(input.positions_t0.begin(), input.positions_t0.end(), on->positions_t0.data());
       std::copy(input.positions_t1.begin(), input.positions_t1.end(), on->positions_t1.data());
@@ -463,6 +466,7 @@ TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
       ASSERT_EQ(bound == separation_bound_of_contact, measured == separation_bound_of_contact);
       if (bound == measured) continue;
       ++passed_over;
+      far += known.faces.data()[n] == before[n] ? 1 : 0;
       for (int k = 0; k <= 8; ++k)
         ASSERT_LE(double{bound}, face_pair_gap(input, n, k / 8.0)) << "pair " << n;
     }
@@ -475,8 +479,13 @@ TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
       for (int c = 0; c < 3; ++c) input.positions_t0[v][c] += static_cast<T>(jitter(random));
       input.positions_t1[v] = input.positions_t0[v] + T(step % 2 == 0 ? 1 : 20) * by;
     }
+    // A single vertex decides what any two primitives close.
+    if (step == 2) input.positions_t1[0][0] += T(1);
   }
   EXPECT_GT(passed_over, input.face_pairs.size() / 4);
+  // By what any two primitives close, and by what these two do.
+  EXPECT_GT(far, passed_over / 4);
+  EXPECT_LT(far, passed_over * 9 / 10);
 }
 
 /// Known distances also fall if each step moves the pair by less than their last digit.
@@ -487,7 +496,7 @@ TEST(CollideProximityKnownDistance, FallsByMotionBelowItsLastDigit) {
   Buffer<Vec3<float>> positions(device, 4), measured(device, 4);
   const Buffer<Pair> pairs = upload(device, std::vector<Pair>{{0, 0}});
   const Buffer<Tri> triangles = upload(device, std::vector<Tri>{{{1, 2, 3}}});
-  Buffer<float> bound(device, 1), known(device, 1);
+  Buffer<float> bound(device, 1), known(device, 1), closed(device, 1);
   Buffer<PrimitiveMotion<float>> motions(device, 5);
   Buffer<CollideCounts> counts(device, 1);
   CollideProximity<float> a{};
@@ -497,7 +506,8 @@ TEST(CollideProximityKnownDistance, FallsByMotionBelowItsLastDigit) {
   a.face_separation_bound = bound.span();
   a.counts = counts.span();
   a.thickness = 1e-3f;
-  a.known = {known.span(), {}, measured.span(), motions.span(), false};
+  a.cloth_vertex_count = 1;
+  a.known = {known.span(), {}, measured.span(), closed.span(), motions.span(), false};
   const float least = x[0][2] * std::numeric_limits<float>::epsilon() / 8;
   for (int step = 0; step < 20'000; ++step) {
     x[2][2] = x[1][2] = x[3][2] += least;
@@ -507,9 +517,10 @@ TEST(CollideProximityKnownDistance, FallsByMotionBelowItsLastDigit) {
     launch(device.compute(), a);
     device.compute().sync();
     a.known.hold = true;
-    ASSERT_LE(known.data()[0], x[0][2] - x[1][2]) << step;
+    ASSERT_LE(double{known.data()[0]} - double{closed.data()[0]}, double{x[0][2]} - double{x[1][2]})
+        << step;
   }
-  EXPECT_GT(known.data()[0], 0.01f);
+  EXPECT_GT(known.data()[0] - closed.data()[0], 0.01f);
 }
 
 /// Layers that are carried off together by most of an edge's length; the upper cloth slides on the

@@ -113,15 +113,19 @@ class ContinuousRule {
     return (First == 1 ? a_.face_separation_bound : a_.edge_separation_bound).data()[number];
   }
 
+  /// Whether a separation bound keeps a pair apart. Not where something is not a number.
+  /// @param deviation [m] from the prediction, of both primitives together
+  WEFT_HD bool is_apart(float separation_bound, float deviation) const noexcept {
+    return separation_bound - 1.0001f * deviation > static_cast<float>(a_.separation) * 1.0001f;
+  }
+
   /// Whether the separation bound does not keep a pair apart, and something of it has moved.
   template <int First>
   WEFT_HD bool has_to_be_looked_at(const Index v[4], float separation_bound) const noexcept {
     const float* d = a_.deviation.data();
     const float deviation = First == 1 ? d[v[0]] + greater(d[v[3]], greater(d[v[2]], d[v[1]]))
                                        : greater(d[v[1]], d[v[0]]) + greater(d[v[3]], d[v[2]]);
-    // Not "<=": where something is not a number the pair has to be looked at.
-    if (separation_bound - 1.0001f * deviation > static_cast<float>(a_.separation) * 1.0001f)
-      return false;
+    if (is_apart(separation_bound, deviation)) return false;
     const unsigned char* moved = a_.moved.data();
     return a_.moved.empty() || (moved[v[0]] | moved[v[1]] | moved[v[2]] | moved[v[3]]) != 0;
   }

@@ -146,8 +146,12 @@ class ProximityRule {
   WEFT_HD explicit ProximityRule(const CollideProximity<T>& args) noexcept : a_(args) {}
 
   template <int First>
+  WEFT_HD const Pair* all_pairs() const noexcept {
+    return (First == 1 ? a_.face_pairs : a_.edge_pairs).data();
+  }
+  template <int First>
   WEFT_HD const Pair& pair(std::size_t number) const noexcept {
-    return (First == 1 ? a_.face_pairs : a_.edge_pairs).data()[number];
+    return all_pairs<First>()[number];
   }
   template <int First>
   WEFT_HD float& separation_bound(std::size_t number) const noexcept {

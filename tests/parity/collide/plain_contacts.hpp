@@ -475,8 +475,8 @@ class PlainContacts {
     c.drag = drag.stiffness;
     c.drag_limit = drag.limit;
     c.slide = drag.slide;
-    if (own != nullptr && own->normal_force == 0 && m.distance >= limit &&
-        m.distance - m.predicted < 1.5 * double{a_.fall}) {
+    const bool bore = own != nullptr ? own->normal_force > 0 : memory != nullptr;
+    if (!bore && m.distance >= limit && m.distance - m.predicted < 1.5 * double{a_.fall}) {
       c.push = c.drag = c.drag_limit = 0;
       c.slide = {};
     }

@@ -606,10 +606,13 @@ class ProximityRule {
            inverse_mass;
   }
 
-  /// Whether a contact that bore nothing in the last step will not do so in this one either: it is
-  /// no closer than the thickness, and closes by hardly more than gravity takes it.
+  /// Whether a contact will bear nothing in this step: it bore nothing in the last one, nor did
+  /// another whose load it takes over, it is no closer than the thickness, and it closes by hardly
+  /// more than gravity takes it.
   WEFT_HD bool hovers(const Meeting& m, T thickness, const Recalled& memory) const noexcept {
-    return memory.own != nullptr && !(memory.own->normal_force > T(0)) && m.distance >= thickness &&
+    const ContactMemory<T>* last = memory.own != nullptr ? memory.own : memory.bearing;
+    const bool bore = last != nullptr && last->normal_force > T(0);
+    return !bore && m.distance >= thickness &&
            m.distance - m.predicted < static_cast<T>(hovering_falls) * a_.fall;
   }
 

@@ -35,10 +35,10 @@ class KnownPairs {
     if (!holds_) return;
     find_motions();
     closed_before_ = a_.known.closed[0];
-    closed_ = closed_before_ + most_closing(&PrimitiveMotion<T>::before);
+    closed_ = above(closed_before_ + most_closing(&PrimitiveMotion<T>::before));
     const float ahead = most_closing(&PrimitiveMotion<T>::ahead);
-    closed_ahead_ = closed_ + ahead + static_cast<float>(rounding_);
-    far_ = closed_ahead_ + 0.01f * ahead + 1.0001f * static_cast<float>(a_.thickness);
+    closed_ahead_ = above(closed_ + (ahead + static_cast<float>(rounding_)));
+    far_ = above(closed_ahead_ + (0.01f * ahead + 1.0001f * static_cast<float>(a_.thickness)));
   }
 
   /// Whether a pair is certainly no contact, whatever its primitives have done.
@@ -62,8 +62,8 @@ class KnownPairs {
     const PrimitiveMotion<T>& p = (First == 1 ? vertices_ : edges_)[pair.a];
     const PrimitiveMotion<T>& q = (First == 1 ? faces_ : edges_)[pair.b];
     // Rounded down: cloth at rest keeps its bounds for thousands of steps.
-    const T distance = lowered(known - closed_before_) - T(1.0001) * closing(p.before, q.before);
-    known = raised(static_cast<float>(distance));
+    const T distance = below(known - closed_before_) - T(1.0001) * closing(p.before, q.before);
+    known = kept(static_cast<float>(distance));
     const T ahead = closing(p.ahead, q.ahead);
     // Not "<": where something is not a number the pair has to be measured.
     if (!(distance - T(1.01) * ahead > T(1.0001) * a_.thickness + rounding_)) return false;
@@ -75,7 +75,7 @@ class KnownPairs {
   template <int First>
   void keep(std::size_t number, T distance) {
     if (!a_.known.faces.empty())
-      distances<First>()[number] = raised(static_cast<float>(T(0.9999) * distance - rounding_));
+      distances<First>()[number] = kept(static_cast<float>(T(0.9999) * distance - rounding_));
   }
 
   /// To be called when all pairs have been passed over or measured.
@@ -91,10 +91,11 @@ class KnownPairs {
     return (First == 1 ? a_.known.faces : a_.known.edges).data();
   }
 
-  /// Less by more than rounding can have added.
-  static float lowered(float x) { return x - 2 * epsilon<float> * std::fabs(x); }
+  /// Less, or more, by more than the rounding of a sum.
+  static float below(float x) { return x - 2 * epsilon<float> * std::fabs(x); }
+  static float above(float x) { return x + 2 * epsilon<float> * std::fabs(x); }
   /// A distance as it is kept.
-  float raised(float distance) const { return lowered(distance + closed_); }
+  float kept(float distance) const { return below(distance + closed_); }
 
   /// [m] Most that a primitive of cloth and any other one close: by the largest displacements of
   /// vertices about the mean of cloth. Not a number if any is not.
@@ -111,7 +112,7 @@ class KnownPairs {
     }
     const T of_cloth = std::sqrt(most[0]), of_obstacles = std::sqrt(most[1]);
     const T of_other = of_obstacles < of_cloth ? of_cloth : of_obstacles;
-    return static_cast<float>(T(1.0002) * (of_cloth + of_other));
+    return static_cast<float>(T(1.0002) * (of_cloth + of_other) + T(8) * epsilon<T> * length(mean));
   }
 
   static T closing(const DisplacementBall<T>& p, const DisplacementBall<T>& q) {

@@ -488,39 +488,52 @@ TYPED_TEST(CollideProximityKnown, PassesOverNoContact) {
   EXPECT_LT(far, passed_over * 9 / 10);
 }
 
-/// Known distances also fall if each step moves the pair by less than their last digit.
+/// Known distances also fall if each step moves the pair by less than their last digit, or by less
+/// than that of all that has been closed before.
 TEST(CollideProximityKnownDistance, FallsByMotionBelowItsLastDigit) {
-  const DeviceSet host = host_devices(1);
-  Device& device = host[0];
-  std::vector<Vec3<float>> x{{0.25f, 0.25f, 1.0f / 64}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  Buffer<Vec3<float>> positions(device, 4), measured(device, 4);
-  const Buffer<Pair> pairs = upload(device, std::vector<Pair>{{0, 0}});
-  const Buffer<Tri> triangles = upload(device, std::vector<Tri>{{{1, 2, 3}}});
-  Buffer<float> bound(device, 1), known(device, 1), closed(device, 1);
-  Buffer<PrimitiveMotion<float>> motions(device, 5);
-  Buffer<CollideCounts> counts(device, 1);
-  CollideProximity<float> a{};
-  a.face_pairs = pairs.span();
-  a.triangles = triangles.span();
-  a.positions_t0 = a.positions_t1 = positions.span();
-  a.face_separation_bound = bound.span();
-  a.counts = counts.span();
-  a.thickness = 1e-3f;
-  a.cloth_vertex_count = 1;
-  a.known = {known.span(), {}, measured.span(), closed.span(), motions.span(), false};
-  const float least = x[0][2] * std::numeric_limits<float>::epsilon() / 8;
-  for (int step = 0; step < 20'000; ++step) {
-    x[2][2] = x[1][2] = x[3][2] += least;
-    std::copy(x.begin(), x.end(), positions.data());
-    counts.data()[0] = {};
-    counts.data()[0].face_pairs = 1;
-    launch(device.compute(), a);
-    device.compute().sync();
-    a.known.hold = true;
-    ASSERT_LE(double{known.data()[0]} - double{closed.data()[0]}, double{x[0][2]} - double{x[1][2]})
-        << step;
+  for (const float way_before : {0.0f, 3.0f}) {
+    const DeviceSet host = host_devices(1);
+    Device& device = host[0];
+    std::vector<Vec3<float>> x{{0.25f, 0.25f, 1.0f / 64}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    Buffer<Vec3<float>> positions(device, 4), measured(device, 4);
+    const Buffer<Pair> pairs = upload(device, std::vector<Pair>{{0, 0}});
+    const Buffer<Tri> triangles = upload(device, std::vector<Tri>{{{1, 2, 3}}});
+    Buffer<float> bound(device, 1), known(device, 1), closed(device, 1);
+    Buffer<PrimitiveMotion<float>> motions(device, 5);
+    Buffer<CollideCounts> counts(device, 1);
+    CollideProximity<float> a{};
+    a.face_pairs = pairs.span();
+    a.triangles = triangles.span();
+    a.positions_t0 = a.positions_t1 = positions.span();
+    a.face_separation_bound = bound.span();
+    a.counts = counts.span();
+    a.thickness = 1e-3f;
+    a.cloth_vertex_count = 1;
+    a.known = {known.span(), {}, measured.span(), closed.span(), motions.span(), false};
+    const auto step_once = [&] {
+      std::copy(x.begin(), x.end(), positions.data());
+      counts.data()[0] = {};
+      counts.data()[0].face_pairs = 1;
+      launch(device.compute(), a);
+      device.compute().sync();
+      a.known.hold = true;
+    };
+    for (const float by : {0.0f, way_before, -way_before}) {
+      for (std::size_t v = 1; v < 4; ++v) x[v][0] += by;
+      step_once();
+    }
+    const float least = (x[0][2] + way_before) * std::numeric_limits<float>::epsilon() / 8;
+    for (int step = 0; step < 20'000; ++step) {
+      x[2][2] = x[1][2] = x[3][2] += least;
+      step_once();
+      ASSERT_LE(double{known.data()[0]} - double{closed.data()[0]},
+                double{x[0][2]} - double{x[1][2]})
+          << step;
+    }
+    if (way_before == 0) {
+      EXPECT_GT(known.data()[0] - closed.data()[0], 0.01f);
+    }
   }
-  EXPECT_GT(known.data()[0] - closed.data()[0], 0.01f);
 }
 
 /// Layers that are carried off together by most of an edge's length; the upper cloth slides on the

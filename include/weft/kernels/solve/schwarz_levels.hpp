@@ -67,9 +67,10 @@ constexpr double schwarz_weight = 0.5;
 /// Additive Schwarz on aggregates: the inverses of both levels, as multilevel additive Schwarz (Wu,
 /// Wang and Wang 2022) but with aggregates on the finest level too, where block Jacobi stands in.
 /// Reads: the matrices. Writes: the levels' inverses. Order: hosts add a fine domain's blocks in
-/// stored order, diagonal before mesh before contact, and far multiples of the identity by
-/// themselves; CUDA adds those of each aggregate's rows by themselves; always the same. A fine
-/// domain is an aggregate of the wide level, which adds up what fine domains have summed.
+/// stored order, diagonal before mesh before contact, a link of contacts once, at the first row of
+/// the domain that it moves, and far multiples of the identity by themselves; CUDA adds those of
+/// each aggregate's rows by themselves; always the same. A fine domain is an aggregate of the wide
+/// level, which adds up what fine domains have summed.
 /// Ghosts: none. Prescribed rows take no part; an empty aggregate gets the identity.
 template <class T>
 struct SolveSchwarzLevels {

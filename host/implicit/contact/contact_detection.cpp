@@ -15,7 +15,7 @@ namespace {
 /// pairs, a new search costs more. Moving cloth leaves any box with the next step, so that it gets
 /// what the solve is likely to ask for; cloth at rest gets enough to keep its pairs for some steps.
 constexpr double margin_edges = 0.05;
-constexpr double margin_edges_at_rest = 0.15;
+constexpr double margin_edges_at_rest = 0.08;
 constexpr double margin_of_change = 2;
 constexpr double margin_of_change_max = 4;  ///< in margins: an impact is no sign of another one
 /// Boxes also cover this many more motions like that of the step.
@@ -205,7 +205,7 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           static_cast<T>(length(store_.scene().gravity)),
           g.cut.span(),
           {rank.face_distance.span(), rank.edge_distance.span(), rank.measured.span(),
-           rank.closed.span(), rank.motions.span(), rank.distances_hold}};
+           rank.closed.span(), rank.motions.span(), rank.distances_hold, rank.turn}};
 }
 
 template <class T>
@@ -213,6 +213,7 @@ void ContactDetection<T>::launch_proximity(int r) {
   launch(store_.devices()[r].compute(), proximity_of(r));
   Rank& rank = ranks_[static_cast<std::size_t>(r)];
   rank.distances_hold = rank.face_distance.size() > 0;
+  ++rank.turn;
 }
 
 template <class T>

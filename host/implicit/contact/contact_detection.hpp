@@ -112,6 +112,7 @@ class ContactDetection {
     Buffer<Vec3<T>> measured = {};
     Buffer<PrimitiveMotion<T>> motions = {};
     bool distances_hold = false;
+    std::size_t turn = 0;  ///< calls of CollideProximity so far
   };
 
   /// Buffers of CollideCandidateUpdate, allocated on first use.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
 
@@ -28,6 +30,7 @@ struct KnownDistances {
   Span<float> closed;                ///< [1] [m] that is in them
   Span<PrimitiveMotion<T>> motions;  ///< scratch [vertices + edges + faces]
   bool hold = false;                 ///< false: the pairs are new, nothing is known of them
+  std::size_t turn = 0;  ///< number of the call: every call measures another part of the pairs
 };
 
 }  // namespace weft

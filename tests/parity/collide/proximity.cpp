@@ -426,6 +426,7 @@ struct KnownDistancesOn {
     const CollideCounts counts =
         on.launch_and_count(device, args, in.face_pairs.size(), in.edge_pairs.size());
     args.known.hold = true;
+    ++args.known.turn;
     return counts;
   }
 };

@@ -36,12 +36,12 @@ HostWorker::~HostWorker() {
 
 /// Of mutex_, which is held for some instructions only: sleeping takes longer than these.
 std::unique_lock<std::mutex> HostWorker::lock() {
-  std::unique_lock lock(mutex_, std::try_to_lock);
-  for (int look = 0; look < 100 && !lock; ++look) {
+  std::unique_lock lock(mutex_, std::defer_lock);
+  for (int look = 0; look < 100; ++look) {
+    if (lock.try_lock()) return lock;
     relax();
-    lock.try_lock();
   }
-  if (!lock) lock.lock();
+  lock.lock();
   return lock;
 }
 

@@ -42,14 +42,13 @@ class KnownPairs {
   }
 
   /// Whether a pair is certainly no contact, whatever its primitives have done.
-  /// @param bound [m] the pair's separation bound, written where it is passed over
+  /// @param bound [m] the pair's separation bound, valid where it is passed over
   template <int First>
   bool is_far(std::size_t number, float& bound) const {
     if (!holds_) return false;
     const float known = distances<First>()[number];
-    if (!(known > far_)) return false;
     bound = 0.9999f * (known - closed_ahead_);
-    return true;
+    return known > far_;
   }
 
   /// Whether a pair is certainly no contact. Lowers its known distance by what its primitives can

@@ -9,8 +9,8 @@
 namespace weft {
 
 /// Calls look(number) for the pairs that are not far, in their order. Few pairs of cloth at rest
-/// are near, and their corners are anywhere in memory: they are fetched while others are passed
-/// over.
+/// are near, anywhere in memory and in the list: they are fetched while others are passed over, and
+/// found without a branch.
 /// @param is_far a cheap test, called once for each pair
 /// @param done   whether to leave out the rest
 template <class IsFar, class Look, class Done>
@@ -22,10 +22,10 @@ void visit_near_pairs(const Pair* pairs, std::size_t count, const IsFar& is_far,
     const auto size = static_cast<std::uint32_t>(std::min(chunk, count - begin));
     std::size_t found = 0;
     for (std::uint32_t k = 0; k < size; ++k) {
-      if (is_far(begin + k)) continue;
-      __builtin_prefetch(pairs + begin + k);
-      near[found++] = k;
+      near[found] = k;
+      found += is_far(begin + k) ? 0 : 1;
     }
+    for (std::size_t k = 0; k < found; ++k) __builtin_prefetch(pairs + begin + near[k]);
     for (std::size_t k = 0; k < found && !done(); ++k) look(begin + near[k]);
   }
 }

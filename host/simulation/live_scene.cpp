@@ -151,9 +151,9 @@ double LiveScene::end_of_pull() const {
 /// @return [J] change of the cloth's energy
 double LiveScene::let_fall() {
   if (!weightless_ || (!sewing_.complete() && time() < end_of_pull())) return 0;
-  const double before = total(energy());
+  const double before = energy().total();
   set_gravity(*sewn_gravity_);
-  return total(energy()) - before;
+  return energy().total() - before;
 }
 
 /// While springs still pull garments together, cloth that hardly moves does not rest.
@@ -301,7 +301,7 @@ double LiveScene::weld(std::unique_ptr<Run<T>>& current, Welding<T> welding) {
   Store<T>& store = current->store;
   sewing_.refused = std::move(welding.refused);
   if (!welding.state) return 0;
-  const double before = total(energy_of(store));
+  const double before = energy_of(store).total();
   sewing_.welded = std::move(welding.welded);
   // The store refers to the scene, which may be refined now; its model stays as it was.
   const auto levels = refine_if_sewn();
@@ -309,7 +309,7 @@ double LiveScene::weld(std::unique_ptr<Run<T>>& current, Welding<T> welding) {
   next->store.restore(transferred(store.model(), *welding.state, levels, next->store.model()));
   current = std::move(next);
   apply_forces();
-  return total(energy_of(current->store)) - before;
+  return energy_of(current->store).total() - before;
 }
 
 void LiveScene::update_closing_times(bool frame_ends) {

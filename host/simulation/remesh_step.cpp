@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "host/exec/cpu_seconds.hpp"
+#include "host/simulation/compression.hpp"
 #include "host/simulation/state_energy.hpp"
 
 namespace weft {
@@ -57,6 +58,8 @@ RemeshReport remesh_step(Scene& scene, const Sewing& sewing, AdaptiveRun& adapti
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();
   RemeshReport report;
+  const bool view = scene.method == "view";
+  const double seen_before = view ? energy_of(run->store).elastic : 0;
   // That of the material itself: how it yields out of view is decided each time.
   run->store.set_compression({});
   const Energy before = energy_of(run->store);
@@ -73,6 +76,8 @@ RemeshReport remesh_step(Scene& scene, const Sewing& sewing, AdaptiveRun& adapti
     auto next = run_after(done, scene, sewing, adaptive, devices, *run, before, report);
     if (next) {
       adaptive.kept = std::move(done.kept);
+      adaptive.compression = carried_compression(run->store.model(), adaptive.compression,
+                                                 done.input_before, next->store.model());
       run = std::move(next);
       break;
     }
@@ -80,10 +85,15 @@ RemeshReport remesh_step(Scene& scene, const Sewing& sewing, AdaptiveRun& adapti
     report.splits = report.flips = report.collapses = 0;
     ++report.redone;
   }
-  if (scene.method == "view") {
-    const SceneView view = validate_run(scene, adaptive, run->store);
-    report.in_view = view.in_view;
-    report.factor_mean = view.factor_mean;
+  if (view) {
+    const double whole = energy_of(run->store).elastic;
+    const SceneView seen =
+        validate_run(scene, adaptive, run->store,
+                     allowed_joules(scene, run->store.model(), adaptive, run->store.step_number));
+    report.in_view = seen.in_view;
+    report.factor_mean = seen.factor_mean;
+    report.compression_jump =
+        (energy_of(run->store).elastic - whole) - (seen_before - before.elastic);
   }
   report.vertices = run->store.model().cloth_vertex_count;
   report.triangles = run->store.model().cloth_triangle_count;

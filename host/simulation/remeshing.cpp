@@ -10,6 +10,7 @@
 #include "host/base/bytes.hpp"
 #include "host/base/checksum.hpp"
 #include "host/model/material_rows.hpp"
+#include "host/simulation/compression.hpp"
 #include "host/state/contact_transfer.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "weft/core/at.hpp"
@@ -65,14 +66,6 @@ double rounding_energy(const Scene& scene, const Model& model) {
   return rounding_share * sum;
 }
 
-/// What flips and collapses may change the energy by. [J]
-double allowed_joules(const Scene& scene, const Model& model, const AdaptiveRun& run,
-                      std::int64_t step_number) {
-  // A start has no motion to spoil, and coarse meshes may start far from rest.
-  if (step_number == 0) return std::numeric_limits<double>::infinity();
-  return scene.adaptive.energy_share * run.peak_kinetic + rounding_energy(scene, model);
-}
-
 // ---- bytes
 
 /// Visits all that a remesh changes, in one order for writing and reading.
@@ -106,6 +99,13 @@ AdaptiveRun begin_adaptive(Scene& scene) {
   return run;
 }
 
+double allowed_joules(const Scene& scene, const Model& model, const AdaptiveRun& run,
+                      std::int64_t step_number) {
+  // A start has no motion to spoil, and coarse meshes may start far from rest.
+  if (step_number == 0) return std::numeric_limits<double>::infinity();
+  return scene.adaptive.energy_share * run.peak_kinetic + rounding_energy(scene, model);
+}
+
 double largest_jump(const Scene& scene, const Model& model, const AdaptiveRun& run,
                     std::int64_t step_number) {
   return jump_over_share * allowed_joules(scene, model, run, step_number);
@@ -129,13 +129,16 @@ SceneRemesh remesh_run(const Scene& scene, const std::vector<unsigned char>& wel
 }
 
 template <class T>
-SceneView validate_run(const Scene& scene, AdaptiveRun& run, Store<T>& store) {
+SceneView validate_run(const Scene& scene, AdaptiveRun& run, Store<T>& store, double joules) {
   const StateSnapshot<T> state = store.snapshot();
   ViewPlaces places{inputs_of(store.model(), state).positions, {}};
   for (std::size_t v = at(store.model().cloth_vertex_count); v < state.positions.size(); ++v)
     places.obstacles.push_back(vec_cast<double>(state.positions[v]));
   SceneView view = evaluate_view(scene, scene_surface(scene), places, state.time);
-  run.compression = view.compression;
+  run.compression = std::isfinite(joules)
+                        ? limited_compression(store.model(), cast_all<double>(state.positions),
+                                              run.compression, view.compression, joules)
+                        : view.compression;
   store.set_compression(run.compression);
   return view;
 }
@@ -258,8 +261,8 @@ template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, 
                                 StateSnapshot<float>&);
 template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, double,
                                 StateSnapshot<double>&);
-template SceneView validate_run(const Scene&, AdaptiveRun&, Store<float>&);
-template SceneView validate_run(const Scene&, AdaptiveRun&, Store<double>&);
+template SceneView validate_run(const Scene&, AdaptiveRun&, Store<float>&, double);
+template SceneView validate_run(const Scene&, AdaptiveRun&, Store<double>&, double);
 template SceneRemesh remesh_run(const Scene&, const std::vector<unsigned char>&, const AdaptiveRun&,
                                 const Store<float>&, int);
 template SceneRemesh remesh_run(const Scene&, const std::vector<unsigned char>&, const AdaptiveRun&,

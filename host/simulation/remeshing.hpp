@@ -36,11 +36,18 @@ SceneRemesh remesh_run(const Scene& scene, const std::vector<unsigned char>& wel
 double largest_jump(const Scene& scene, const Model& model, const AdaptiveRun& run,
                     std::int64_t step_number);
 
+/// What flips and collapses may change the energy by, AdaptiveSettings::energy_share; infinity at
+/// the start. [J]
+double allowed_joules(const Scene& scene, const Model& model, const AdaptiveRun& run,
+                      std::int64_t step_number);
+
 /// What a scene's camera sees of the state that the store has: how its cloths yield to compression
 /// until the next remesh, which the run keeps and the store is given.
+/// @param joules most that elastic energy may grow by because cloth yields less than the run says;
+///               what would grow it more yields less only by and by. Infinity: no limit [J]
 /// @pre the method is "view"
 template <class T>
-SceneView validate_run(const Scene& scene, AdaptiveRun& run, Store<T>& store);
+SceneView validate_run(const Scene& scene, AdaptiveRun& run, Store<T>& store, double joules);
 
 /// The state after a remesh: positions and velocities are its, what contacts leave to the next step
 /// is kept where all of their vertices are. Starts without history.

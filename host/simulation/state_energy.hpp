@@ -9,9 +9,4 @@ namespace weft {
 template <class T>
 Energy energy_of(Store<T>& store);
 
-/// [J]
-inline double total(const Energy& e) {
-  return e.kinetic + e.elastic + e.gravitational;
-}
-
 }  // namespace weft

@@ -6,7 +6,6 @@
 
 #include "host/base/temporary_file.hpp"
 #include "host/scene/contact_energy.hpp"
-#include "host/simulation/state_energy.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slice_start.hpp"
@@ -98,7 +97,7 @@ bool CoarseRun::gained(const StepReport& report, const Energy& before) const {
   const double at_play = before.kinetic + before.elastic +
                          std::abs(after.gravitational - before.gravitational) +
                          std::abs(*report.work);
-  return total(after) - total(before) - *report.work >
+  return after.total() - before.total() - *report.work >
          gain_max * at_play + energy_of_contacts(simulation_->scene(), report.step);
 }
 
@@ -107,11 +106,11 @@ bool CoarseRun::gained(const StepReport& report, const Energy& before) const {
 void CoarseRun::repeat_linearly(std::int64_t number, Step& result) {
   const TemporaryFile kept(directory_ / "gained.weft");
   simulation_->save(kept.path, false);
-  const double energy = total(simulation_->energy());
+  const double energy = simulation_->energy().total();
   make_simulation(true);
   simulation_->resume(CoarseStates::file(directory_, number - 1), SceneChanges::allow);
   const StepReport report = take(result);
-  if (report.failure == Failure::none && !jammed(report) && total(simulation_->energy()) < energy)
+  if (report.failure == Failure::none && !jammed(report) && simulation_->energy().total() < energy)
     simulation_->save(kept.path, false);
   make_simulation();
   simulation_->resume(kept.path, SceneChanges::allow);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -123,7 +124,10 @@ void Recovery<T>::begin(SliceStart& start) {
   StateSnapshot<T> state = snapshot_of(store_, placed, time_);
   velocities_ = state.velocities;
   store_.restore(state);
-  if (fine_.method == "view") validate_run(fine_, *run_, store_);
+  if (fine_.method == "view") {
+    constexpr double unlimited = std::numeric_limits<double>::infinity();
+    validate_run(fine_, *run_, store_, unlimited);
+  }
   const InputState now = states_->fine_state(time_.now);
   const InputState before = states_->fine_state(time_.before);
   const auto change = [&](const std::vector<Vec3<double>>& a, const std::vector<Vec3<double>>& b) {

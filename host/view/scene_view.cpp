@@ -1,6 +1,7 @@
 #include "host/view/scene_view.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -61,6 +62,10 @@ double material_area(const Mesh& mesh, std::size_t triangle) {
   return (a[0] * b[1] - a[1] * b[0]) / 2;
 }
 
+double equilateral_area(double edge) {
+  return std::sqrt(3.0) / 4 * edge * edge;
+}
+
 }  // namespace
 
 ViewSurface scene_surface(const Scene& scene) {
@@ -105,11 +110,17 @@ SceneView evaluate_view(const Scene& scene, const ViewSurface& surface, const Vi
                         double time) {
   const ViewCamera camera(camera_at(scene.camera, time), scene.camera.width, scene.camera.height);
   std::vector<double> areas;
-  for (const Cloth& cloth : scene.cloths)
+  std::vector<AreaRange> ranges;
+  for (const Cloth& cloth : scene.cloths) {
+    const Remeshing& sizes = *cloth.remeshing;
+    const AreaRange range{equilateral_area(sizes.size_min), equilateral_area(sizes.size_max)};
+    ranges.insert(ranges.end(), cloth.mesh.triangles.size(), range);
     for (std::size_t t = 0; t < cloth.mesh.triangles.size(); ++t)
       areas.push_back(material_area(cloth.mesh, t));
+  }
   SceneView view;
-  view.compression = compression_shares(areas, out_of_frustum(camera, surface, now), scene.view);
+  view.compression =
+      compression_shares(areas, ranges, out_of_frustum(camera, surface, now), scene.view);
   const std::vector<double> factors = view_factors(camera, surface, now, scene.view);
   double area = 0;
   for (std::size_t t = 0; t < factors.size(); ++t) {

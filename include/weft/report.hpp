@@ -115,7 +115,10 @@ struct RemeshReport {
   std::int64_t redone = 0;    ///< remeshes undone because they changed the energy too much
   std::int64_t vertices = 0;  ///< of the cloths afterwards
   std::int64_t triangles = 0;
-  double energy_jump = 0;      ///< [J] kinetic + elastic + gravitational: after minus before
+  double energy_jump = 0;  ///< [J] kinetic + elastic + gravitational: after minus before
+  /// [J] that cloth out of view gained because it resists more of its compression than before, with
+  /// the method "view"; not in `energy_jump`.
+  double compression_jump = 0;
   double seconds = 0;          ///< wall time
   double rebuild_seconds = 0;  ///< of these: rebuilding the model
   double cpu_seconds = 0;      ///< CPU time of all threads of the process during remeshing
@@ -252,6 +255,7 @@ struct Energy {
   double kinetic = 0;
   double elastic = 0;
   double gravitational = 0;  ///< zero at the origin's height
+  double total() const { return kinetic + elastic + gravitational; }
 };
 
 }  // namespace weft

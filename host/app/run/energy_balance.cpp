@@ -21,10 +21,6 @@ constexpr double lasting_factor = 100;
 
 }  // namespace
 
-double total(const Energy& e) {
-  return e.kinetic + e.elastic + e.gravitational;
-}
-
 void EnergyBalance::Range::add(double value) {
   low = std::min(low, value);
   high = std::max(high, value);
@@ -32,9 +28,8 @@ void EnergyBalance::Range::add(double value) {
 
 EnergyBalance::EnergyBalance(const Scene& scene, const Energy& start)
     : scene_(&scene),
-      // Energies of the asynchronous method are of positions and velocities at different times,
-      // those of cloth out of view are its own.
-      known_(scene.method != "asynchronous" && scene.method != "view"),
+      // Energies of the asynchronous method are of positions and velocities at different times.
+      known_(scene.method != "asynchronous"),
       dissipates_(scene.integrator != Integrator::bdf2),
       stored_(energy_of_contacts(scene, longest_step(scene.time))) {
   restart(start);
@@ -46,7 +41,7 @@ void EnergyBalance::restart(const Energy& now) {
   work_ = 0;
   work_range_ = {};
   unknown_ = suspect_ = fatal_ = false;
-  lowest_ = total(now);
+  lowest_ = now.total();
   elastic_at_lowest_ = now.elastic;
   quiet_ = moving_ + stored_;
 }
@@ -74,7 +69,7 @@ void EnergyBalance::add(const StepReport& step, const std::optional<Energy>& ene
     stored_ = energy_of_contacts(*scene_, step.step);
   }
   if (!energy) return;
-  const double now = total(*energy) - work_;
+  const double now = energy->total() - work_;
   const double before = at_play() + stored_;
   moving_ = std::max(moving_, energy->kinetic + energy->elastic);
   potential_.add(energy->gravitational);

@@ -9,9 +9,6 @@
 
 namespace weft::app {
 
-/// [J]
-double total(const Energy& energy);
-
 /// How much energy cloth gains that nothing gives it. The energy of an integrator that dissipates,
 /// less the work of what acts on the cloth, can only fall: if at the end of a frame it exceeds the
 /// lowest since then by more than 1 % of what is at play, something is wrong, whatever it is. At

@@ -64,6 +64,7 @@ inline void fields(JsonArchive& io, RemeshReport& r) {
   io.ms("cpu_ms", r.cpu_seconds);
   io.only_if(r.factor_mean > 0, "in_view", r.in_view);
   io.only_if(r.factor_mean > 0, "factor_mean", r.factor_mean);
+  io.only_if(r.factor_mean > 0, "compression_jump", r.compression_jump);
 }
 
 inline void fields(JsonArchive& io, SleepReport& r) {

@@ -17,7 +17,7 @@ void RunTotals::Automatic::add(const StepReport& r) {
   ++steps;
 }
 
-RunTotals::RunTotals(const Energy& start) : start_(total(start)), largest_(std::abs(start_)) {}
+RunTotals::RunTotals(const Energy& start) : start_(start.total()), largest_(std::abs(start_)) {}
 
 void RunTotals::add(const StepLine& line) {
   const StepReport& r = line.report;
@@ -50,7 +50,7 @@ void RunTotals::add(const StepLine& line) {
   automatic.add(r);
   balance += r.balance;
   if (line.energy) kinetic_max = std::max(kinetic_max, line.energy->kinetic);
-  if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
+  if (line.energy) largest_ = std::max(largest_, std::abs(line.energy->total()));
 }
 
 std::string RunTotals::exceeded_limits() const {
@@ -84,9 +84,9 @@ void RunTotals::add_sleep(const SleepReport& r) {
 }
 
 std::optional<double> RunTotals::drift(const Energy& now) const {
-  const double largest = std::max(largest_, std::abs(total(now)));
+  const double largest = std::max(largest_, std::abs(now.total()));
   if (!(largest > 0)) return std::nullopt;
-  return (total(now) - start_) / largest;
+  return (now.total() - start_) / largest;
 }
 
 }  // namespace weft::app

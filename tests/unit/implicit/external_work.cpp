@@ -35,19 +35,15 @@ struct Outcome {
   double smallest = 0;  ///< [J] least work of a step
 };
 
-double total(const Energy& e) {
-  return e.kinetic + e.elastic + e.gravitational;
-}
-
 Outcome run(const Scene& scene, int steps, int ranks = 1) {
   Simulation simulation(scene, host_devices(ranks));
   Outcome o;
-  double before = total(simulation.energy());
+  double before = simulation.energy().total();
   for (int n = 0; n < steps; ++n) {
     const StepReport report = simulation.step();
     EXPECT_EQ(report.failure, Failure::none) << report.failure_detail;
     EXPECT_TRUE(report.work.has_value());
-    const double after = total(simulation.energy());
+    const double after = simulation.energy().total();
     const double work = report.work.value_or(0);
     o.work += work;
     o.gain += after - before;

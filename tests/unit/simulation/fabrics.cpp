@@ -19,10 +19,6 @@ namespace {
 
 class FabricDrapes : public testing::TestWithParam<Fabric> {};
 
-double total(const Energy& e) {
-  return e.kinetic + e.elastic + e.gravitational;
-}
-
 /// Largest length of an edge over its length at rest.
 double largest_stretch(const Mesh& mesh, const std::vector<Vec3<double>>& x) {
   double largest = 0;
@@ -41,12 +37,12 @@ TEST_P(FabricDrapes, StablyForASecond) {
   scene.materials = {fabric(GetParam().name)};
   scene.time.step = 0.005;
   Simulation simulation(scene, host_devices(1));
-  const double before = total(simulation.energy());
+  const double before = simulation.energy().total();
   double most = before;
   for (int k = 0; k < 200; ++k) {
     const StepReport report = simulation.step();
     ASSERT_EQ(report.failure, Failure::none) << k << ": " << report.failure_detail;
-    most = std::max(most, total(simulation.energy()));
+    most = std::max(most, simulation.energy().total());
   }
   const double at_play = GetParam().material.density * 0.16 * 9.81 * 0.4;
   // A sheet of 3e5 N/m that hits the ball in steps of the usual length gains a little by it.

@@ -205,22 +205,18 @@ Scene tilted_sheet(double height) {
   return scene;
 }
 
-double total(const Energy& e) {
-  return e.kinetic + e.elastic + e.gravitational;
-}
-
-/// From some heights, steps of two iterations of Newton's method on twelve cells gain a tenth of the
-/// energy.
+/// From some heights, steps of two iterations of Newton's method on twelve cells gain a tenth of
+/// the energy.
 TEST_F(CoarseRunTest, AStepThatGainsEnergyIsRepeatedLinearly) {
   int repeated = 0;
   double highest = 0;
   for (int k = 0; k < 40; ++k) {
     const CoarseScene level = make_coarse_scene(tilted_sheet(0.42 + 0.002 * k));
     CoarseRun run(level, directory("gaining_" + std::to_string(k)));
-    const double start = total(run.simulation().energy());
+    const double start = run.simulation().energy().total();
     while (run.simulation().step_number() < steps) {
       repeated += run.step(never, ignore).taken.size() > 1 ? 1 : 0;
-      highest = std::max(highest, total(run.simulation().energy()) / start);
+      highest = std::max(highest, run.simulation().energy().total() / start);
     }
     EXPECT_TRUE(run.relaxed().empty()) << k;
   }

@@ -304,16 +304,21 @@ TEST(ViewTransfer, TheDarkSideOfASilhouetteGetsTheMean) {
 TEST(ViewCompensation, SharesByArea) {
   ViewSettings s;
   s.compensation_power = 2;
-  EXPECT_EQ(compression_shares({1, 2, 3, 5, 0.1}, {1, 1, 1, 0, 0}, s),
-            (std::vector<double>{1, 0.25, 0, 1, 1}));
-  EXPECT_TRUE(compression_shares({2, 2, 5}, {1, 1, 0}, s).empty()) << "all alike";
-  EXPECT_TRUE(compression_shares({2, 3}, {0, 0}, s).empty()) << "all in view";
+  const auto shares = [&](const std::vector<double>& areas, const std::vector<unsigned char>& out,
+                          AreaRange range = {1, 3}) {
+    return compression_shares(areas, std::vector(areas.size(), range), out, s);
+  };
+  EXPECT_EQ(shares({1, 2, 3, 5, 0.1}, {1, 1, 1, 0, 0}), (std::vector<double>{1, 0.25, 0, 1, 1}));
+  EXPECT_EQ(shares({0.5, 2, 4}, {1, 1, 1}), (std::vector<double>{1, 0.25, 0}))
+      << "beyond the range";
+  EXPECT_TRUE(shares({2, 2, 2}, {1, 1, 1}, {2, 2}).empty()) << "sizes that leave no choice";
+  EXPECT_TRUE(shares({2, 3}, {0, 0}).empty()) << "all in view";
   s.compensation_power = 10;
-  EXPECT_NEAR(compression_shares({1, 2, 3}, {1, 1, 1}, s)[1], std::pow(0.5, 10), 1e-18);
+  EXPECT_NEAR(shares({1, 2, 3}, {1, 1, 1})[1], std::pow(0.5, 10), 1e-18);
   s.compensation = BucklingCompensation::full;
-  EXPECT_EQ(compression_shares({2, 2, 5}, {1, 1, 0}, s), (std::vector<double>{0, 0, 1}));
+  EXPECT_EQ(shares({2, 2, 5}, {1, 1, 0}), (std::vector<double>{0, 0, 1}));
   s.compensation = BucklingCompensation::none;
-  EXPECT_TRUE(compression_shares({1, 2, 3}, {1, 1, 1}, s).empty());
+  EXPECT_TRUE(shares({1, 2, 3}, {1, 1, 1}).empty());
 }
 
 // ---- occlusion

@@ -13,6 +13,7 @@
 #include "host/base/scratch_folder.hpp"
 #include "host/lab/check/validator.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
@@ -231,6 +232,65 @@ TEST(ViewRun, CompensationChangesWhatIsOutOfView) {
   EXPECT_NE(hashes[0], hashes[1]);
   EXPECT_NE(hashes[0], hashes[2]);
   EXPECT_NE(hashes[1], hashes[2]);
+}
+
+/// A compressed sheet, held at all vertices, that a cut brings into view, and one that flies.
+Scene compressed_sheet() {
+  Scene scene;
+  scene.method = "view";
+  scene.precision = Precision::double_precision;
+  scene.gravity = {0, 0, 0};
+  scene.time.frames = 30;
+  Cloth sheet;
+  sheet.name = "sheet";
+  sheet.mesh = make_grid({0.4, 0.4}, {4, 4}, Diagonals::alternating);
+  Cloth flying = sheet;
+  flying.name = "flying";
+  for (Vec3<double>& x : flying.mesh.positions) x[2] -= 1;
+  flying.velocity = {1, 0, 0};
+  Pin rim;
+  for (Index v = 0; v < 25; ++v) {
+    sheet.mesh.positions[at(v)][0] *= 0.99;
+    rim.vertices.push_back(v);
+  }
+  scene.pins.push_back(rim);
+  scene.cloths = {std::move(sheet), std::move(flying)};
+  // One size: nothing to split.
+  scene.adaptive.remeshing.size_min = scene.adaptive.remeshing.size_max = 0.3;
+  scene.adaptive.energy_share = 0.2;
+  scene.view.compensation = BucklingCompensation::full;
+  scene.view.anticipation = 0;
+  const double frame = 1 / scene.time.frame_rate;
+  scene.camera.keys = {key_of({9, -0.2, 1.5}, {9, 0, 0}),
+                       key_of({0, -0.8, 2.5}, {0, 0, 0}, 3.5 * frame, true)};
+  return scene;
+}
+
+/// It resists by and by: energy that nothing gives, which the work of a step leaves out.
+TEST(ViewRun, ResistsCompressionInViewAsTheEnergyAllows) {
+  Scene resisting = compressed_sheet();
+  resisting.view.compensation = BucklingCompensation::none;
+  const double whole = Simulation(std::move(resisting), host_devices(1)).energy().elastic;
+  Simulation simulation(compressed_sheet(), host_devices(1));
+  const double kinetic = simulation.energy().kinetic;
+  int rises = 0;
+  for (int frame = 1; frame <= 30; ++frame) {
+    for (int step = 0; step < simulation.steps_per_frame(); ++step) {
+      const double before = simulation.energy().total();
+      const StepReport report = simulation.step();
+      ASSERT_EQ(report.failure, Failure::none) << report.failure_detail;
+      const double jump = report.remesh.compression_jump;
+      EXPECT_NEAR(simulation.energy().total() - before, jump, 1e-8 * whole);
+      EXPECT_NEAR(report.work.value_or(1), 0, 1e-8 * whole);
+      EXPECT_LE(jump, simulation.scene().adaptive.energy_share * kinetic * 1.001);
+      if (jump > 1e-6 * whole) ++rises;
+    }
+    if (frame == 3) {
+      EXPECT_NEAR(simulation.energy().elastic, 0, 1e-8 * whole) << "out of view";
+    }
+  }
+  EXPECT_GT(rises, 2);
+  EXPECT_NEAR(simulation.energy().elastic, whole, 1e-6 * whole);
 }
 
 TEST(ViewRun, OcclusionAndPredictionRun) {

@@ -780,12 +780,28 @@ class SceneGenerator:
         if kind != "implicit":
             scene["method"] = {"type": kind}
         self.kind = kind
+        if kind == "view":
+            self.passing_camera()
         if kind != "asynchronous" and self.chance(0.15):
             scene.setdefault("method", {})["integrator"] = "bdf2"
         if kind == "time_parallel":
             scene["method"]["time_parallel"] = {"slices": 2}
         if kind == "implicit" and self.step != "auto" and self.chance(0.05):
             scene.setdefault("method", {})["implicit"] = {"sleep_distance": 0.001 * self.size}
+
+    def passing_camera(self):
+        """sees a part of the first cloth, then all of it, from nearer or after a cut, and that part again"""
+        cloth = self.scene["cloths"][0]
+        placed = cloth["motion"][0] if "motion" in cloth else cloth.get("transform", {})
+        x, y, z = placed.get("translate", [0, 0, 0])
+        size = self.size
+        part = {"position": [x + size, y - 1.5 * size, z + size], "look_at": [x + size, y, z], "field_of_view": 25}
+        whole = {"position": [x, y - 2.5 * size, z + size], "look_at": [x, y, z], "field_of_view": 35}
+        self.scene["camera"] = {"keys": [
+            {"time": 0, **part},
+            {"time": self.duration / 2, **whole, "jump": self.frames % 2 == 0},
+            {"time": 1.01 * self.duration, **part},
+        ]}
 
     def shift(self, by):
         """moves the whole scene, as if it stood in a landscape"""
@@ -797,5 +813,8 @@ class SceneGenerator:
         for part in scene["cloths"] + scene.get("obstacles", []):
             for key in part["motion"] if "motion" in part else [part.setdefault("transform", {})]:
                 key["translate"] = [a + b for a, b in zip(key.get("translate", [0, 0, 0]), by)]
+        for key in scene.get("camera", {}).get("keys", []):
+            for place in ("position", "look_at"):
+                key[place] = [a + b for a, b in zip(key[place], by)]
         if self.floor is not None:
             self.floor += by[2]

@@ -198,7 +198,7 @@ def speed_problem(made, scene, frames, rate, constant):
 def energy_problem(directory):
     """the engine's own comparison again, with other bounds: a tenth, or a half with bdf2, which need not dissipate what it gains"""
     scene = json.loads((directory / "scene.json").read_text())
-    if scene["method"]["type"] in ("view", "asynchronous"):
+    if scene["method"]["type"] == "asynchronous":
         return ""
     share = 0.5 if scene["method"]["integrator"] == "bdf2" else 0.1
     work = at_play = 0.0
@@ -250,7 +250,7 @@ def problem_of(args, made, scene_file, directory):
         return [args.program, "run", scene_file, "-o", out, "--device", f"cpu:{threads}", "--no-preview"]
     code, errors, seconds = run(command(directory, 1), args.limit)
     lines = [line for line in errors.splitlines() if line.startswith("weft: ") and "warning" not in line]
-    warned = "energy" in errors
+    warned = "energy" in errors or "gained" in errors
     how = lines[0] if lines else errors[-200:]
     if code < 0 and seconds >= args.limit - 1:
         return "slow", f"no end within {args.limit:g} s", seconds, warned

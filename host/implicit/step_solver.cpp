@@ -33,7 +33,7 @@ constexpr int line_steps_max = 10;
 /// docs/decisions/003-linear-solve.md.
 constexpr double limited_share_max = 0.005;
 constexpr double missed_share_max = 0.002;
-constexpr double turned_share_max = 30;
+constexpr double turned_share_max = 3;
 /// While seams pull, or where cloth is jammed, turning may add so much to all energy at the start:
 /// what dissipates is welcome there.
 constexpr double dissipated_share_max = 1e4;

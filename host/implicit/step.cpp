@@ -49,7 +49,8 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       resolver_(store, geometry_, motion_, detection_, system_, solver_, prescribed_, clock_,
                 publisher_),
       update_(store, geometry_, motion_, detection_),
-      truncated_(store, motion_, detection_, solver_, prescribed_, resolver_, update_, publisher_),
+      truncated_(store, motion_, detection_, solver_, prescribed_, resolver_, update_, clock_,
+                 publisher_),
       external_work_(store, geometry_),
       epoch_(store.epoch()) {}
 

@@ -390,7 +390,9 @@ bool StepSolver<T>::solve_about_state(const Attempt& a, StepReport& report) {
   at_ = {.h = a.h, .predicted = true};
   assemble();
   ++report.newton_iterations;
-  return finish_solve(a, {}, report) && iterate_active_set(a, report);
+  const bool solved = finish_solve(a, {}, report);
+  book_assembly(report);
+  return solved && iterate_active_set(a, report);
 }
 
 /// By how much contacts are not what the last solve took them for; all ranks then take them for

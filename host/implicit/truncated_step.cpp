@@ -62,7 +62,8 @@ template <class T>
 TruncatedStep<T>::TruncatedStep(Store<T>& store, std::vector<RankMotion<T>>& motion,
                                 ContactDetection<T>& detection, StepSolver<T>& solver,
                                 PrescribedMotion<T>& prescribed, CollisionResolver<T>& resolver,
-                                StateUpdate<T>& update, const StepPublisher& publisher)
+                                StateUpdate<T>& update, StageClock& clock,
+                                const StepPublisher& publisher)
     : store_(store),
       motion_(motion),
       detection_(detection),
@@ -70,11 +71,13 @@ TruncatedStep<T>::TruncatedStep(Store<T>& store, std::vector<RankMotion<T>>& mot
       prescribed_(prescribed),
       resolver_(resolver),
       update_(update),
+      clock_(clock),
       publisher_(publisher) {}
 
 template <class T>
 bool TruncatedStep<T>::advance(const Attempt& a, bool may_bisect, const Watch& watch,
                                StepReport& report) {
+  clock_.mark(StageClock::solved);
   keep_start();
   bool good = true;
   bool complete = false;
@@ -91,7 +94,9 @@ bool TruncatedStep<T>::advance(const Attempt& a, bool may_bisect, const Watch& w
     good = complete || (collisions_failed(report) && clear_path(a, kind, complete, report));
     if (!good) break;
     report.clear_failure();
+    clock_.mark(StageClock::resolved);
     take_part_way(watch);
+    report.stages.resolve_collisions += clock_.between(StageClock::solved, StageClock::resolved);
     lag = prescribed_.misses();
     const bool stagnates =
         pass > 0 ? lag.distance > lag_left * distance_before
@@ -165,8 +170,15 @@ bool TruncatedStep<T>::approach(const Attempt& a, int pass, StepReport& report) 
   for (int r = 0; r < store_.devices().size(); ++r)
     store_.devices()[r].compute().copy(motion_[static_cast<std::size_t>(r)].positions_t1.data(),
                                        targets.data(), targets.size() * sizeof(Vec3<T>));
+  clock_.mark(StageClock::predicted);
   detection_.search(a.dt, true, report);
-  return solver_.solve_about_state(a, report);
+  clock_.mark(StageClock::contacts);
+  const bool solved = solver_.solve_about_state(a, report);
+  clock_.mark(StageClock::solved);
+  sync_ranks(store_.devices());
+  report.stages.contacts += clock_.between(StageClock::predicted, StageClock::contacts);
+  report.stages.solve += clock_.between(StageClock::contacts, StageClock::solved);
+  return solved;
 }
 
 /// Impact zones, with little work.

@@ -8,6 +8,7 @@
 #include "host/implicit/collision_resolver.hpp"
 #include "host/implicit/collision_response/truncated_motion.hpp"
 #include "host/implicit/contact/contact_detection.hpp"
+#include "host/implicit/parallel/stage_clock.hpp"
 #include "host/implicit/prescribed_motion.hpp"
 #include "host/implicit/state_update.hpp"
 #include "host/implicit/step_publisher.hpp"
@@ -28,7 +29,7 @@ class TruncatedStep {
 
   TruncatedStep(Store<T>& store, std::vector<RankMotion<T>>& motion, ContactDetection<T>& detection,
                 StepSolver<T>& solver, PrescribedMotion<T>& prescribed,
-                CollisionResolver<T>& resolver, StateUpdate<T>& update,
+                CollisionResolver<T>& resolver, StateUpdate<T>& update, StageClock& clock,
                 const StepPublisher& publisher);
 
   /// Grants the work of truncated parts to a step.
@@ -69,6 +70,7 @@ class TruncatedStep {
   PrescribedMotion<T>& prescribed_;
   CollisionResolver<T>& resolver_;
   StateUpdate<T>& update_;
+  StageClock& clock_;
   const StepPublisher& publisher_;
   TruncatedMotion<T> truncated_;
   Start start_;

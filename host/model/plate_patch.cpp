@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "host/base/buckets.hpp"
+#include "host/base/parallel.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/core/at.hpp"
 
@@ -68,46 +69,45 @@ PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
   find_neighbours();
 }
 
-/// Only two triangles that run along an edge in opposite directions are neighbours: those of one
-/// piece, or else the only two that there are.
 void PlatePatches::find_neighbours() {
-  struct Side {
-    Index low, high, triangle;
-    std::size_t edge;
-    bool forward;
-    std::array<Index, 2> source;
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * triangles_.size());
-  for (std::size_t t = 0; t < triangles_.size(); ++t)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Index a = triangles_[t].v.v[(k + 1) % 3];
-      const Index b = triangles_[t].v.v[(k + 2) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(t), k, a < b,
-                       source_edge(triangles_[t], static_cast<int>(k))});
-    }
+  const unsigned threads = setup_threads(triangles_.size());
+  const auto corner = [&](Index side, Index k) { return triangles_[at(side / 3)].v.v[k % 3]; };
+  const auto low = [&](Index s) { return std::min(corner(s, s % 3 + 1), corner(s, s % 3 + 2)); };
+  const auto high = [&](Index s) { return std::max(corner(s, s % 3 + 1), corner(s, s % 3 + 2)); };
   Index vertex_count = 0;
-  for (const Side& s : sides) vertex_count = std::max(vertex_count, s.low + 1);
-  Buckets low = buckets_by(static_cast<Index>(sides.size()), vertex_count,
-                           [&](Index s) { return sides[at(s)].low; });
-  const auto high = [&](Index s) { return sides[at(s)].high; };
-  for (Index v = 0; v < vertex_count; ++v) {
-    std::sort(low.begin(v), low.end(v),
+  for (const PlateTriangle& t : triangles_)
+    vertex_count = std::max({vertex_count, t.v.v[0] + 1, t.v.v[1] + 1, t.v.v[2] + 1});
+  // Side 3 t + k is edge k of triangle t.
+  Buckets sides = buckets_by(3 * size(), vertex_count, low);
+  for_each_index(threads, at(vertex_count), [&](std::size_t vertex) {
+    Index* const begin = sides.begin(static_cast<Index>(vertex));
+    Index* const last = sides.end(static_cast<Index>(vertex));
+    std::sort(begin, last,
               [&](Index a, Index b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
-    for (const Index* s = low.begin(v); s != low.end(v);) {
+    for (const Index* s = begin; s != last;) {
       const Index* end = s + 1;
-      while (end != low.end(v) && high(*end) == high(*s)) ++end;
+      while (end != last && high(*end) == high(*s)) ++end;
       for (const Index* i = s; i != end; ++i)
-        for (const Index* j = i + 1; j != end; ++j) {
-          const Side& one = sides[at(*i)];
-          const Side& other = sides[at(*j)];
-          if (one.forward == other.forward || (end - s > 2 && one.source != other.source)) continue;
-          neighbour_[at(one.triangle)][one.edge] = other.triangle;
-          neighbour_[at(other.triangle)][other.edge] = one.triangle;
-        }
+        for (const Index* j = i + 1; j != end; ++j) join(*i, *j, end - s == 2);
       s = end;
     }
-  }
+  });
+}
+
+/// Only two triangles that run along an edge in opposite directions are neighbours: those of one
+/// piece, or else the only two that there are.
+/// @param s         side: three times the triangle, and its edge   @param r another of the same
+/// edge
+/// @param only_ones whether no others are there
+void PlatePatches::join(Index s, Index r, bool only_ones) {
+  const auto forward = [&](Index side) {
+    const Index* v = triangle(side / 3).v.v;
+    return v[(side + 1) % 3] < v[(side + 2) % 3];
+  };
+  const auto source = [&](Index side) { return source_edge(triangle(side / 3), side % 3); };
+  if (forward(s) == forward(r) || (!only_ones && source(s) != source(r))) return;
+  neighbour_[at(s / 3)][at(s % 3)] = r / 3;
+  neighbour_[at(r / 3)][at(r % 3)] = s / 3;
 }
 
 bool PlatePatches::same_piece(Index t, int edge) const {

@@ -107,6 +107,7 @@ class PlatePatches {
   using Fit = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;
 
   void find_neighbours();
+  void join(Index s, Index r, bool only_ones);
   Placed unfolded(const Placed& from, int k) const;
   NearPoints points_around(Index t, int depth) const;
   static Products products(const Conditions& conditions);

@@ -3,9 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <numeric>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "weft/core/at.hpp"
 #include "weft/shapes.hpp"
@@ -282,6 +287,47 @@ TEST(Plate, EnergyOfAllTrianglesIsThatOfTheMatrix) {
       x.push_back({p[0], p[1] + 0.1 * p[0] * p[1], 0.1 * std::sin(5 * p[0] + 3 * p[1])});
     const double whole = plate_energy(matrix_of(c.mesh, isotropic(0.3), 0, c.clamp), x);
     EXPECT_NEAR(plate_energy(triangles, triangles.size(), x), whole, 1e-11 * whole);
+  }
+}
+
+/// With vertices numbered at random, nearly all triangles and edges belong to rows of several
+/// blocks.
+TEST(Plate, LargePlatesAreAddedUpWholeInBlocksOfRows) {
+  const Mesh mesh = plate(2, 48, Kind::shuffled);
+  const auto count = static_cast<Index>(mesh.material.size());
+  std::vector<Index> number(mesh.material.size());
+  std::iota(number.begin(), number.end(), 0);
+  std::shuffle(number.begin(), number.end(), std::mt19937_64(1));
+  std::vector<PlateTriangle> triangles;
+  for (const Tri& t : mesh.triangles) {
+    PlateTriangle p{t, {}, isotropic(0.3), 0};
+    for (std::size_t j = 0; j < 3; ++j) {
+      p.rest[j] = mesh.material[at(t.v[j])];
+      p.v.v[j] = number[at(t.v[j])];
+    }
+    triangles.push_back(p);
+  }
+  std::vector<Vec3<double>> x(mesh.material.size());
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    const auto& u = mesh.material[v];
+    x[at(number[v])] = {u[0], u[1], 0.1 * std::sin(5 * u[0] + 3 * u[1])};
+  }
+  const PlateMatrix m = make_plate_matrix(count, triangles);
+  const double energy = plate_energy(triangles, triangles.size(), x);
+  EXPECT_NEAR(plate_energy(m, x), energy, 1e-11 * energy);
+  std::map<std::pair<Index, Index>, double> entries;
+  for (Index i = 0; i < count; ++i)
+    for (Offset e = m.row_offset[at(i)]; e < m.row_offset[at(i) + 1]; ++e) {
+      const auto place = static_cast<std::size_t>(e);
+      if (e > m.row_offset[at(i)]) {
+        EXPECT_LT(m.column[place - 1], m.column[place]);
+      }
+      entries[{i, m.column[place]}] = m.stiffness[place];
+    }
+  for (const auto& [place, stiffness] : entries) {
+    const auto mirrored = entries.find({place.second, place.first});
+    ASSERT_NE(mirrored, entries.end());
+    EXPECT_EQ(mirrored->second, stiffness);
   }
 }
 

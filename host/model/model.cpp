@@ -441,14 +441,17 @@ std::vector<unsigned char> held_triangles(const Model& model,
 PlateMatrix make_plate(const Scene& scene, const Model& model,
                        const std::vector<unsigned char>& held) {
   if (scene.bending != Bending::plate) return {};
+  std::vector<Mat3<double>> rigidity;
+  for (const Material& material : scene.materials) rigidity.push_back(bending_rigidity(material));
   std::vector<PlateTriangle> triangles;
+  triangles.reserve(model.rest_corners.size());
   for (std::size_t t = 0; t < model.rest_corners.size(); ++t) {
-    const Material& material = scene.materials[static_cast<std::size_t>(model.material[t])];
+    const auto material = static_cast<std::size_t>(model.material[t]);
     const Tri& source = model.input_corners[t];
     PlateTriangle triangle{model.triangles[t],
                            model.rest_corners[t],
-                           bending_rigidity(material),
-                           material.damping_stiffness,
+                           rigidity[material],
+                           scene.materials[material].damping_stiffness,
                            held[t] != 0,
                            !model.shaped.empty() && model.shaped[t] != 0,
                            {},

@@ -38,7 +38,7 @@ class PlateBuilder {
         block_rows_(std::clamp(vertex_count / static_cast<Index>(4 * threads_), block_rows_least,
                                block_rows_most)) {
     if (std::none_of(triangles.begin(), triangles.end(),
-                     [](const PlateTriangle& t) { return t.shaped; }))
+                     [](const PlateTriangle& t) { return t.shape != nullptr; }))
       return;
     shape_points_.resize(triangles.size());
     loads_.resize(triangles.size());
@@ -48,14 +48,14 @@ class PlateBuilder {
   /// of edges: the bits do not depend on the blocks, nor on the threads that take them. Only what
   /// is on the diagonal or to the right of it is added up.
   PlateMatrix build() {
-    quadratics_ = std::make_unique_for_overwrite<Quadratic[]>(at(patches_.size()));
+    bulges_ = std::make_unique_for_overwrite<Bulges[]>(at(patches_.size()));
     extent_.resize(at(patches_.size()));
     for_each_index(threads_, at(patches_.size()), [&](std::size_t t) {
       const auto n = static_cast<Index>(t);
       if (patches_.triangle(n).held) return;
-      Quadratic& q = quadratics_[t];
-      q = patches_.quadratic(n, nullptr, patches_.triangle(n).shaped ? &shape_points_[t] : nullptr);
-      for (const Index v : q.vertices)
+      bulges_[t] =
+          patches_.quadratic(n, nullptr, patches_.triangle(n).shape ? &shape_points_[t] : nullptr);
+      for (const Index v : bulges_[t].vertices)
         extent_[t] = {std::min(extent_[t].first, v), std::max(extent_[t].last, v)};
     });
     list_triangles();
@@ -182,7 +182,7 @@ class PlateBuilder {
   bool reads(Index t, const Block& block) const {
     const Extent& extent = extent_[at(t)];
     if (extent.last < block.first || extent.first >= block.last) return false;
-    const auto& vertices = quadratics_[at(t)].vertices;
+    const auto& vertices = bulges_[at(t)].vertices;
     return std::any_of(vertices.begin(), vertices.end(), [&](Index v) { return block.has(v); });
   }
 
@@ -203,7 +203,7 @@ class PlateBuilder {
         const std::size_t first = std::max(begin, at(extent.first / block_rows_));
         const std::size_t last = std::min(end, at(extent.last / block_rows_) + 1);
         if (first >= last) continue;
-        for (const Index v : quadratics_[at(t)].vertices) {
+        for (const Index v : bulges_[at(t)].vertices) {
           const std::size_t b = at(v / block_rows_);
           if (b < first || b >= last) continue;
           std::vector<Index>& triangles = blocks_[b].triangles;
@@ -324,6 +324,13 @@ class PlateBuilder {
     return energy;
   }
 
+  /// @param room for it, of build()
+  const Quadratic& quadratic(Index t, Quadratic& room) const {
+    if (quadratics_) return quadratics_[at(t)];
+    room = patches_.completed(t, bulges_[at(t)]);
+    return room;
+  }
+
   double triangle_energy(Index t, const std::vector<Vec3<double>>& x) const {
     const Quadratic& q = quadratics_[at(t)];
     Vec3<double> second[3]{};
@@ -334,14 +341,15 @@ class PlateBuilder {
     double sum = 0;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        sum += patches_.triangle(t).rigidity(i, j) * dot(second[i], second[j]);
+        sum += (*patches_.triangle(t).rigidity)(i, j) * dot(second[i], second[j]);
     return patches_.area(t) / 2 * sum;
   }
 
   void add_triangle(Index t, const Block& block, std::vector<std::vector<Entry>>& rows) const {
     const PlateTriangle& triangle = patches_.triangle(t);
-    const Quadratic& q = quadratics_[at(t)];
-    const Mat3<double> d = patches_.area(t) * triangle.rigidity;
+    Quadratic room;
+    const Quadratic& q = quadratic(t, room);
+    const Mat3<double> d = patches_.area(t) * *triangle.rigidity;
     Joined<3> all;
     for (std::size_t n = 0; n < q.vertices.size(); ++n)
       weights_of(all, q.vertices[n]) = {q.second[0][n], q.second[1][n], q.second[2][n]};
@@ -359,7 +367,7 @@ class PlateBuilder {
   void add_rest_shape() {
     if (loads_.empty()) return;
     for (Index t = 0; t < patches_.size(); ++t)
-      if (patches_.triangle(t).shaped) load_triangle(t);
+      if (patches_.triangle(t).shape != nullptr) load_triangle(t);
     constexpr Index at_once = 1 << 15;
     std::vector<Edge> edges;
     for (Index first = 0; first < patches_.size(); first += at_once) {
@@ -368,7 +376,7 @@ class PlateBuilder {
         for (int k = 0; k < 3; ++k) {
           const Index other = patches_.neighbour(t, k);
           if (other > t && patches_.joins(t, k) &&
-              (patches_.triangle(t).shaped || patches_.triangle(other).shaped))
+              (patches_.triangle(t).shape != nullptr || patches_.triangle(other).shape != nullptr))
             edges.emplace_back(t, k);
         }
       for_each_index(threads_, edges.size(), [&](std::size_t e) { complete(edges[e]); });
@@ -377,10 +385,11 @@ class PlateBuilder {
   }
 
   void load_triangle(Index t) {
-    const Quadratic& q = quadratics_[at(t)];
+    Quadratic room;
+    const Quadratic& q = quadratic(t, room);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
-        const double k = patches_.area(t) * patches_.triangle(t).rigidity(i, j);
+        const double k = patches_.area(t) * (*patches_.triangle(t).rigidity)(i, j);
         if (k == 0) continue;
         const Vec3<double> there = at_rest(t, q.vertices, q.second[j]);
         add_load(t, q.vertices, q.second[i], k * there);
@@ -393,16 +402,16 @@ class PlateBuilder {
   template <class Vertices, class Values>
   Vec3<double> at_rest(Index t, const Vertices& vertices, const Values& weight) const {
     const PlateTriangle& triangle = patches_.triangle(t);
-    const Vec3<double>& base = triangle.shape[0];
-    const Quadratic& q = quadratics_[at(t)];
+    const std::array<Vec3<double>, 3>& shape = *triangle.shape;
+    Quadratic room;
+    const Quadratic& q = quadratic(t, room);
     Vec3<double> sum{};
     for (std::size_t n = 0; n < vertices.size(); ++n) {
       const auto corner = static_cast<std::size_t>(
           std::find(triangle.v.v, triangle.v.v + 3, vertices[n]) - triangle.v.v);
       const auto read = static_cast<std::size_t>(
           std::find(q.vertices.begin(), q.vertices.end(), vertices[n]) - q.vertices.begin());
-      sum +=
-          weight[n] * ((corner < 3 ? triangle.shape[corner] : shape_points_[at(t)][read]) - base);
+      sum += weight[n] * ((corner < 3 ? shape[corner] : shape_points_[at(t)][read]) - shape[0]);
     }
     return sum;
   }
@@ -431,7 +440,7 @@ class PlateBuilder {
       const Vec2<double> b = triangle.rest[2] - triangle.rest[0];
       const double det = a[0] * b[1] - a[1] * b[0];
       const Mat2<double> inv_rest{{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}};
-      const TriangleFrame<double> frame = triangle_frame(triangle.shape.data(), inv_rest);
+      const TriangleFrame<double> frame = triangle_frame(triangle.shape->data(), inv_rest);
       if (shape.offset.empty()) shape.offset.push_back(0);
       shape.corners.push_back(triangle.v);
       shape.inv_rest.push_back(inv_rest);
@@ -455,7 +464,8 @@ class PlateBuilder {
   };
 
   EdgeSide edge_side(Index t, int k) const {
-    const Quadratic& q = quadratics_[at(t)];
+    Quadratic room;
+    const Quadratic& q = quadratic(t, room);
     const PlateTriangle& triangle = patches_.triangle(t);
     const int a = (k + 1) % 3;
     const int b = (k + 2) % 3;
@@ -471,7 +481,7 @@ class PlateBuilder {
     const double middle = n.dot(q.gradient[a] + q.gradient[b]) / 2;
     const double other = n.dot(q.gradient[k]) / 2;
     const Vec3<double> across{n.x() * n.x(), n.y() * n.y(), n.x() * n.y()};
-    const Vec3<double> moment = triangle.rigidity * across;
+    const Vec3<double> moment = *triangle.rigidity * across;
     for (std::size_t v = 0; v < q.vertices.size(); ++v) {
       const auto place = static_cast<std::size_t>(
           std::find(side.vertices.begin(), side.vertices.end(), q.vertices[v]) -
@@ -544,12 +554,13 @@ class PlateBuilder {
   void load_edge(const Edge& e) {
     const std::array<Index, 2> half{e.triangle, e.other};
     const std::array<int, 2> k{e.k, patches_.edge_back(e.triangle, e.k)};
-    const bool shaped[2] = {patches_.triangle(half[0]).shaped, patches_.triangle(half[1]).shaped};
+    const bool shaped[2] = {patches_.triangle(half[0]).shape != nullptr,
+                            patches_.triangle(half[1]).shape != nullptr};
     if (!shaped[0] && !shaped[1]) return;
     const EdgeSide side[2] = {edge_side(half[0], k[0]), edge_side(half[1], k[1])};
     EdgeLoad jump, moment;
     for (const EdgeSide& s : side) jump.add(e, s.vertices, 0);
-    for (const Index t : half) moment.add(e, quadratics_[at(t)].vertices, 1);
+    for (const Index t : half) moment.add(e, bulges_[at(t)].vertices, 1);
     Vec3<double> slope_there[2]{}, moment_there[2]{};
     for (int n = 0; n < 2; ++n) {
       if (!shaped[n]) continue;
@@ -589,7 +600,7 @@ class PlateBuilder {
   /// normal.
   /// @param sign -1: against the edge
   Axes edge_axes(Index t, int k, double sign) const {
-    const std::array<Vec3<double>, 3>& y = patches_.triangle(t).shape;
+    const std::array<Vec3<double>, 3>& y = *patches_.triangle(t).shape;
     const Vec3<double> edge =
         y[static_cast<std::size_t>((k + 2) % 3)] - y[static_cast<std::size_t>((k + 1) % 3)];
     const Vec3<double> area = cross(y[1] - y[0], y[2] - y[0]);
@@ -671,7 +682,8 @@ class PlateBuilder {
   PlatePatches patches_;
   Index row_count_;
   Index block_rows_;
-  std::unique_ptr<Quadratic[]> quadratics_;  ///< [triangles] held: empty
+  std::unique_ptr<Quadratic[]> quadratics_;  ///< [triangles] of energy()
+  std::unique_ptr<Bulges[]> bulges_;         ///< [triangles] of build(); held: empty
   std::vector<Extent> extent_;               ///< [triangles] of build()
   std::vector<bool> fitted_;                 ///< of energy(): which have their quadratics
   std::vector<Block> blocks_;                ///< of build(), ascending

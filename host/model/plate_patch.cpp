@@ -56,7 +56,7 @@ std::array<Index, 2> source_edge(const PlateTriangle& t, int edge) {
 
 }  // namespace
 
-std::size_t Quadratic::place(Index v) {
+std::size_t Bulges::place(Index v) {
   for (std::size_t i = 0; i < vertices.size(); ++i)
     if (vertices[i] == v) return i;
   for (Weights& weights : bulge) weights[vertices.size()] = 0;
@@ -142,8 +142,10 @@ PlatePatches::Placed PlatePatches::unfolded(const Placed& from, int k) const {
   turn << c, -s, s, c;
   const Point middle = (head + tail) / 2;
   const Point own_middle = (rest(next, e) + rest(next, b)) / 2;
-  Placed placed{
-      next, {}, from.depth + 1, from.own && triangle(next).shaped && same_piece(from.triangle, k)};
+  Placed placed{next,
+                {},
+                from.depth + 1,
+                from.own && triangle(next).shape != nullptr && same_piece(from.triangle, k)};
   for (int i = 0; i < 3; ++i)
     placed.corner[static_cast<std::size_t>(i)] = middle + turn * (rest(next, i) - own_middle);
   return placed;
@@ -295,25 +297,50 @@ PlatePatches::Fit PlatePatches::fit_of(const Products& m) {
 /// Where the rest shape of a triangle has a vertex that its quadratic reads. [m]
 Vec3<double> PlatePatches::shape_point(Index t, const Conditions& conditions, Index v) const {
   const PlateTriangle& own = triangle(t);
+  const std::array<Vec3<double>, 3>& shape = *own.shape;
   const auto in_plane = [&](const Eigen::Vector3d& place) {
-    return place[0] * own.shape[0] + place[1] * own.shape[1] + place[2] * own.shape[2];
+    return place[0] * shape[0] + place[1] * shape[1] + place[2] * shape[2];
   };
   for (std::size_t c = 0; c < 3; ++c)
-    if (own.v.v[c] == v) return own.shape[c];
+    if (own.v.v[c] == v) return shape[c];
   for (const NearPoint& p : conditions.points)
     if (p.vertex == v)
-      return p.own ? triangle(p.triangle).shape[static_cast<std::size_t>(p.corner)]
+      return p.own ? (*triangle(p.triangle).shape)[static_cast<std::size_t>(p.corner)]
                    : in_plane(p.place);
   const std::array<Point, 3> corner{rest(t, 0), rest(t, 1), rest(t, 2)};
   for (const int k : conditions.clamped) {
     const Placed held = unfolded({t, corner, 0, true}, k);
     for (std::size_t c = 0; c < 3; ++c)
       if (triangle(held.triangle).v.v[c] == v)
-        return held.own ? triangle(held.triangle).shape[c]
+        return held.own ? (*triangle(held.triangle).shape)[c]
                         : in_plane(barycentric(corner, held.corner[c]));
   }
   WEFT_ASSERT(false);
   return {};
+}
+
+namespace {
+
+/// @param q has all else
+void set_second(Quadratic& q) {
+  for (Weights& weights : q.second) weights = {};
+  for (int i = 0; i < 3; ++i) {
+    const Point& a = q.gradient[(i + 1) % 3];
+    const Point& b = q.gradient[(i + 2) % 3];
+    const double part[3] = {2 * a.x() * b.x(), 2 * a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
+    for (int n = 0; n < 3; ++n)
+      for (std::size_t v = 0; v < q.vertices.size(); ++v) q.second[n][v] += part[n] * q.bulge[i][v];
+  }
+}
+
+}  // namespace
+
+Quadratic PlatePatches::completed(Index t, const Bulges& bulges) const {
+  Quadratic q{bulges, {}, {}};
+  const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
+  std::copy(gradient.begin(), gradient.end(), q.gradient);
+  set_second(q);
+  return q;
 }
 
 Quadratic PlatePatches::quadratic(Index t, bool* near, ShapePoints* shape) const {
@@ -337,14 +364,7 @@ Quadratic PlatePatches::quadratic(Index t, bool* near, ShapePoints* shape) const
     }
     ++column;
   }
-  for (Weights& weights : q.second) weights = {};
-  for (int i = 0; i < 3; ++i) {
-    const Point& a = q.gradient[(i + 1) % 3];
-    const Point& b = q.gradient[(i + 2) % 3];
-    const double part[3] = {2 * a.x() * b.x(), 2 * a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
-    for (int n = 0; n < 3; ++n)
-      for (std::size_t v = 0; v < q.vertices.size(); ++v) q.second[n][v] += part[n] * q.bulge[i][v];
-  }
+  set_second(q);
   if (shape != nullptr)
     for (const Index v : q.vertices) shape->push_back(shape_point(t, conditions, v));
   return q;

@@ -81,7 +81,7 @@ PlateMatrix matrix_of(const Mesh& mesh, const Mat3<double>& rigidity, double dam
                       double clamp = -1e9) {
   std::vector<PlateTriangle> triangles;
   for (const Tri& t : mesh.triangles) {
-    PlateTriangle p{t, {}, rigidity, damping, true};
+    PlateTriangle p{t, {}, &rigidity, damping, true};
     for (std::size_t j = 0; j < 3; ++j) {
       p.rest[j] = mesh.material[at(t.v[j])];
       p.held = p.held && p.rest[j][0] < clamp + 1e-9;
@@ -273,9 +273,10 @@ TEST(Plate, AHemOnACircleIsNotStifferThanItsFreeEdge) {
 TEST(Plate, EnergyOfAllTrianglesIsThatOfTheMatrix) {
   for (const Kind kind : {Kind::shuffled, Kind::slender}) {
     const Clamped c = clamped_plate(2, 8, kind);
+    const Mat3<double> rigidity = isotropic(0.3);
     std::vector<PlateTriangle> triangles;
     for (const Tri& t : c.mesh.triangles) {
-      PlateTriangle p{t, {}, isotropic(0.3), 0, true};
+      PlateTriangle p{t, {}, &rigidity, 0, true};
       for (std::size_t j = 0; j < 3; ++j) {
         p.rest[j] = c.mesh.material[at(t.v[j])];
         p.held = p.held && p.rest[j][0] < c.clamp + 1e-9;
@@ -298,9 +299,10 @@ TEST(Plate, LargePlatesAreAddedUpWholeInBlocksOfRows) {
   std::vector<Index> number(mesh.material.size());
   std::iota(number.begin(), number.end(), 0);
   std::shuffle(number.begin(), number.end(), std::mt19937_64(1));
+  const Mat3<double> rigidity = isotropic(0.3);
   std::vector<PlateTriangle> triangles;
   for (const Tri& t : mesh.triangles) {
-    PlateTriangle p{t, {}, isotropic(0.3), 0};
+    PlateTriangle p{t, {}, &rigidity, 0};
     for (std::size_t j = 0; j < 3; ++j) {
       p.rest[j] = mesh.material[at(t.v[j])];
       p.v.v[j] = number[at(t.v[j])];
@@ -334,9 +336,10 @@ TEST(Plate, LargePlatesAreAddedUpWholeInBlocksOfRows) {
 /// A pocket on a plate: at its outline the plate goes on, and the pocket ends.
 TEST(Plate, WhereThreeTrianglesMeetThoseOfOnePieceBend) {
   const Mesh mesh = plate(1, 6, Kind::shifted);
+  const Mat3<double> rigidity = isotropic(0.3);
   std::vector<PlateTriangle> below, pocket;
   for (const Tri& t : mesh.triangles) {
-    PlateTriangle p{t, {}, isotropic(0.3), 0};
+    PlateTriangle p{t, {}, &rigidity, 0};
     bool inside = true;
     for (std::size_t j = 0; j < 3; ++j) {
       p.rest[j] = mesh.material[at(t.v[j])];
@@ -373,9 +376,10 @@ TEST(Plate, WhereThreeTrianglesMeetThoseOfOnePieceBend) {
 TEST(Plate, PiecesThatMeetInASeamAreOnePlate) {
   const Mesh mesh = plate(1, 6, Kind::shifted);
   const PlateMatrix whole = matrix_of(mesh, isotropic(0.3));
+  const Mat3<double> rigidity = isotropic(0.3);
   std::vector<PlateTriangle> triangles;
   for (const Tri& t : mesh.triangles) {
-    PlateTriangle p{t, {}, isotropic(0.3), 0};
+    PlateTriangle p{t, {}, &rigidity, 0};
     double middle = 0;
     for (const Index v : t.v) middle += mesh.material[at(v)][0] / 3;
     for (std::size_t j = 0; j < 3; ++j) {

@@ -488,9 +488,8 @@ PlateMatrix make_plate(const Scene& scene, const Model& model,
   std::vector<Mat3<double>> rigidity;
   for (const Material& material : scene.materials) rigidity.push_back(bending_rigidity(material));
   std::vector<std::array<Vec3<double>, 3>> shapes(model.shaped.size());
-  std::vector<PlateTriangle> triangles;
-  triangles.reserve(model.rest_corners.size());
-  for (std::size_t t = 0; t < model.rest_corners.size(); ++t) {
+  std::vector<PlateTriangle> triangles(model.rest_corners.size());
+  for_each_index(setup_threads(triangles.size()), triangles.size(), [&](std::size_t t) {
     const auto material = static_cast<std::size_t>(model.material[t]);
     const Tri& source = model.input_corners[t];
     PlateTriangle triangle{model.triangles[t],
@@ -504,8 +503,8 @@ PlateMatrix make_plate(const Scene& scene, const Model& model,
       for (std::size_t j = 0; j < 3; ++j) shapes[t][j] = model.rest_positions[at(source.v[j])];
       triangle.shape = &shapes[t];
     }
-    triangles.push_back(triangle);
-  }
+    triangles[t] = triangle;
+  });
   return make_plate_matrix(model.cloth_vertex_count, triangles);
 }
 

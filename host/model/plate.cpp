@@ -219,9 +219,13 @@ class PlateBuilder {
               std::vector<EdgeOf>& edges) const {
     for (const Index t : block.triangles) add_triangle(t, block, rows);
     list_edges(block, edges);
+    Quadratic q;
+    Index of_q = -1;
     for (const EdgeOf& e : edges) {
+      if (e.triangle != of_q) patches_.complete(e.triangle, bulges_[at(e.triangle)], q);
+      of_q = e.triangle;
       Edge edge(e.triangle, e.k);
-      complete(edge);
+      complete(edge, q);
       add_edge(edge, block, rows);
     }
     std::size_t count = 0;
@@ -327,7 +331,7 @@ class PlateBuilder {
   /// @param room for it, of build()
   const Quadratic& quadratic(Index t, Quadratic& room) const {
     if (quadratics_) return quadratics_[at(t)];
-    room = patches_.completed(t, bulges_[at(t)]);
+    patches_.complete(t, bulges_[at(t)], room);
     return room;
   }
 
@@ -465,7 +469,10 @@ class PlateBuilder {
 
   EdgeSide edge_side(Index t, int k) const {
     Quadratic room;
-    const Quadratic& q = quadratic(t, room);
+    return edge_side(t, k, quadratic(t, room));
+  }
+
+  EdgeSide edge_side(Index t, int k, const Quadratic& q) const {
     const PlateTriangle& triangle = patches_.triangle(t);
     const int a = (k + 1) % 3;
     const int b = (k + 2) % 3;
@@ -511,9 +518,15 @@ class PlateBuilder {
   };
 
   void complete(Edge& edge) const {
+    Quadratic room;
+    complete(edge, quadratic(edge.triangle, room));
+  }
+
+  /// @param q of its triangle
+  void complete(Edge& edge, const Quadratic& q) const {
     const Index t = edge.triangle;
     edge.other = patches_.neighbour(t, edge.k);
-    const EdgeSide side = edge_side(t, edge.k);
+    const EdgeSide side = edge_side(t, edge.k, q);
     const EdgeSide opposite = edge_side(edge.other, patches_.edge_back(t, edge.k));
     for (const EdgeSide* s : {&side, &opposite})
       for (std::size_t n = 0; n < s->vertices.size(); ++n) {

@@ -328,19 +328,20 @@ void set_second(Quadratic& q) {
     const Point& a = q.gradient[(i + 1) % 3];
     const Point& b = q.gradient[(i + 2) % 3];
     const double part[3] = {2 * a.x() * b.x(), 2 * a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
+    // Of all vertices that there may be: the compiler takes several at once.
     for (int n = 0; n < 3; ++n)
-      for (std::size_t v = 0; v < q.vertices.size(); ++v) q.second[n][v] += part[n] * q.bulge[i][v];
+      for (std::size_t v = 0; v < quadratic_vertices; ++v)
+        q.second[n][v] += part[n] * q.bulge[i][v];
   }
 }
 
 }  // namespace
 
-Quadratic PlatePatches::completed(Index t, const Bulges& bulges) const {
-  Quadratic q{bulges, {}, {}};
+void PlatePatches::complete(Index t, const Bulges& bulges, Quadratic& q) const {
+  static_cast<Bulges&>(q) = bulges;
   const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
   std::copy(gradient.begin(), gradient.end(), q.gradient);
   set_second(q);
-  return q;
 }
 
 Quadratic PlatePatches::quadratic(Index t, bool* near, ShapePoints* shape) const {
@@ -348,6 +349,7 @@ Quadratic PlatePatches::quadratic(Index t, bool* near, ShapePoints* shape) const
   const Conditions conditions = choose(t, reads_neighbours);
   if (near != nullptr) *near = reads_neighbours;
   Quadratic q;
+  for (Weights& weights : q.bulge) weights = {};
   const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
   std::copy(gradient.begin(), gradient.end(), q.gradient);
   const Products m = products(conditions);

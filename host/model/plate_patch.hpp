@@ -20,7 +20,7 @@ using Weights = std::array<double, quadratic_vertices>;
 /// the barycentric coordinates other than i.
 struct Bulges {
   ShortList<Index, quadratic_vertices> vertices;
-  Weights bulge[3];
+  Weights bulge[3];  ///< zero beyond the vertices
 
   /// Where a vertex stands in the list, at the end of which it is put if it is not there yet.
   std::size_t place(Index v);
@@ -76,8 +76,8 @@ class PlatePatches {
   /// @param shape filled with where the rest shape of the triangle has what the quadratic reads.
   ///              Beyond a seam the shape goes on in the triangle's plane
   Quadratic quadratic(Index t, bool* near = nullptr, ShapePoints* shape = nullptr) const;
-  /// That quadratic from its bulges.
-  Quadratic completed(Index t, const Bulges& bulges) const;
+  /// Makes that quadratic from its bulges.
+  void complete(Index t, const Bulges& bulges, Quadratic& q) const;
 
  private:
   /// A triangle laid into the plane of another.

@@ -69,9 +69,11 @@ class FirstSystem {
  public:
   /// @param folded with folded_contacts(), instead of without any
   FirstSystem(const Scene& scene, DeviceSet devices, bool folded = false)
-      : scene_(scene), devices_(std::move(devices)), store_(scene_, devices_) {
+      : scene_(scene),
+        devices_(std::move(devices)),
+        store_(scene_, devices_),
+        geometry_(make_geometry(store_)) {
     for (int r = 0; r < devices_.size(); ++r) {
-      geometry_.push_back(make_geometry(store_, r));
       motion_.push_back(make_motion(store_, r));
       contacts_.emplace_back(devices_[r]);
     }

@@ -131,7 +131,7 @@ double BendingCost::hinges_beyond() {
 }
 
 void BendingCost::take(const FreshTriangle& triangle) {
-  PlateTriangle plate{{}, {}, laws_.rigidity[at(m_.kinds[at(triangle.kind)].material)], 0, true};
+  PlateTriangle plate{{}, {}, &laws_.rigidity[at(m_.kinds[at(triangle.kind)].material)], 0, true};
   for (std::size_t j = 0; j < 3; ++j) {
     const Index v = triangle.tri.v[j];
     // Vertices that seams have made one bend as one.

@@ -23,6 +23,7 @@ Aabb padded(const Aabb& box, double pad) {
 
 BoxTree::BoxTree(Span<const Vec3<double>> points, Span<const Tri> triangles, Index first,
                  Index last, double relative_pad) {
+  items.reserve(static_cast<std::size_t>(last - first));
   for (Index t = first; t < last; ++t) {
     const Aabb box = box_of(points, triangles[static_cast<std::size_t>(t)]);
     items.push_back({padded(box, relative_pad * box.longest_side()), t});

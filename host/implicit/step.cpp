@@ -36,7 +36,7 @@ std::vector<Part> make_ranks(Store<T>& store, Make make) {
 template <class T>
 ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
     : store_(store),
-      geometry_(make_ranks<RankGeometry<T>>(store, make_geometry<T>)),
+      geometry_(make_geometry(store)),
       motion_(make_ranks<RankMotion<T>>(store, make_motion<T>)),
       clock_(store.devices()),
       detection_(store, geometry_, motion_,

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "host/base/buckets.hpp"
+#include "host/base/parallel.hpp"
 #include "host/geometry/morton.hpp"
 #include "host/model/material_points.hpp"
 #include "host/model/material_rows.hpp"
@@ -19,6 +20,7 @@
 #include "host/scene/origin.hpp"
 #include "host/scene/seams/sewing.hpp"
 #include "host/scene/validate.hpp"
+#include "weft/core/at.hpp"
 #include "weft/elements/hinge.hpp"
 
 namespace weft {
@@ -69,68 +71,68 @@ void add_cloth_vertices(const Scene& scene, const std::vector<Index>& joined, Mo
 using RestCorners = std::vector<std::array<Vec2<double>, 3>>;
 
 RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
-  struct Placed {
-    Tri tri;
-    Index material;
-    double pressure;
-    std::array<Vec2<double>, 3> rest;
-    Index number = 0;
-    Tri inputs{};
+  std::vector<Index> first{0};  // number of the first triangle of each cloth, and of all
+  for (const Cloth& cloth : scene.cloths)
+    first.push_back(first.back() + static_cast<Index>(cloth.mesh.triangles.size()));
+  const auto count = at(first.back());
+  const unsigned threads = setup_threads(count);
+  const auto cloth_of = [&](Index number) {
+    return static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), number) -
+                                    first.begin() - 1);
   };
-  std::vector<Placed> given;
-  bool any_pressure = false;
-  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
-    const Cloth& cloth = scene.cloths[c];
-    any_pressure = any_pressure || cloth.pressure != 0;
-    for (std::size_t t = 0; t < cloth.mesh.triangles.size(); ++t) {
-      Placed p{{},
-               cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t],
-               cloth.pressure,
-               material_corners(cloth.mesh, t),
-               static_cast<Index>(given.size())};
-      for (int j = 0; j < 3; ++j) {
-        p.inputs.v[j] = m.input_offset[c] + cloth.mesh.triangles[t].v[j];
-        p.tri.v[j] = m.to_internal[static_cast<std::size_t>(p.inputs.v[j])];
-      }
-      given.push_back(p);
-    }
-  }
+  const auto inputs_of = [&](Index number) {
+    const std::size_t c = cloth_of(number);
+    Tri inputs = scene.cloths[c].mesh.triangles[at(number - first[c])];
+    for (Index& v : inputs.v) v += m.input_offset[c];
+    return inputs;
+  };
+  const auto vertex = [&](Index input) { return m.to_internal[at(input)]; };
+  std::vector<Index> lowest(count);
+  for_each_index(threads, count, [&](std::size_t n) {
+    const Tri inputs = inputs_of(static_cast<Index>(n));
+    lowest[n] = std::min({vertex(inputs.v[0]), vertex(inputs.v[1]), vertex(inputs.v[2])});
+  });
   // Along the vertex order, so that neighbours in the list share vertices.
-  std::vector<Placed> placed;
-  placed.reserve(given.size());
-  for (const Index t :
-       buckets_by(static_cast<Index>(given.size()), static_cast<Index>(m.to_input.size()),
-                  [&](Index i) {
-                    const Index* v = given[static_cast<std::size_t>(i)].tri.v;
-                    return std::min({v[0], v[1], v[2]});
-                  })
-           .item)
-    placed.push_back(given[static_cast<std::size_t>(t)]);
+  m.input_triangle = buckets_by(first.back(), static_cast<Index>(m.to_input.size()), [&](Index i) {
+                       return lowest[at(i)];
+                     }).item;
+  m.triangles.resize(count);
+  m.input_corners.resize(count);
+  m.material.resize(count);
+  m.area.resize(count);
+  m.inv_rest.resize(count);
+  if (std::any_of(scene.cloths.begin(), scene.cloths.end(),
+                  [](const Cloth& cloth) { return cloth.pressure != 0; }))
+    m.pressure.resize(count);
+  RestCorners rest(count);
+  for_each_index(threads, count, [&](std::size_t t) {
+    const Index number = m.input_triangle[t];
+    const std::size_t c = cloth_of(number);
+    const Cloth& cloth = scene.cloths[c];
+    const std::size_t own = at(number - first[c]);
+    m.input_corners[t] = inputs_of(number);
+    for (std::size_t j = 0; j < 3; ++j) m.triangles[t].v[j] = vertex(m.input_corners[t].v[j]);
+    m.material[t] = cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[own];
+    if (!m.pressure.empty()) m.pressure[t] = cloth.pressure;
+    rest[t] = material_corners(cloth.mesh, own);
+    const Vec2<double> a = rest[t][1] - rest[t][0];
+    const Vec2<double> b = rest[t][2] - rest[t][0];
+    const double det = a[0] * b[1] - a[1] * b[0];
+    m.area[t] = det / 2;
+    m.inv_rest[t] = {{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}};
+  });
   m.mass.assign(m.to_input.size(), 0);
   m.damping_mass.assign(m.to_input.size(), 0);
-  for (const Placed& p : placed) {
-    const Vec2<double> a = p.rest[1] - p.rest[0];
-    const Vec2<double> b = p.rest[2] - p.rest[0];
-    const double det = a[0] * b[1] - a[1] * b[0];
-    const Material& material = scene.materials[static_cast<std::size_t>(p.material)];
-    m.triangles.push_back(p.tri);
-    m.input_triangle.push_back(p.number);
-    m.input_corners.push_back(p.inputs);
-    m.material.push_back(p.material);
-    if (any_pressure) m.pressure.push_back(p.pressure);
-    m.area.push_back(det / 2);
-    m.inv_rest.push_back({{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}});
-    for (const Index v : p.tri.v) {
-      const double share = material.density * det / 6;
-      m.mass[static_cast<std::size_t>(v)] += share;
-      m.damping_mass[static_cast<std::size_t>(v)] += share * material.damping_mass;
+  for (std::size_t t = 0; t < count; ++t) {
+    const Material& material = scene.materials[at(m.material[t])];
+    const double share = material.density * (2 * m.area[t]) / 6;
+    for (const Index v : m.triangles[t].v) {
+      m.mass[at(v)] += share;
+      m.damping_mass[at(v)] += share * material.damping_mass;
     }
   }
   for (std::size_t i = 0; i < m.mass.size(); ++i) m.damping_mass[i] /= m.mass[i];
   m.cloth_triangle_count = static_cast<Index>(m.triangles.size());
-  RestCorners rest;
-  rest.reserve(placed.size());
-  for (const Placed& p : placed) rest.push_back(p.rest);
   return rest;
 }
 
@@ -163,32 +165,41 @@ struct Side {
   int corner;     ///< of the triangle, at which the edge begins
 };
 
-std::vector<Side> sorted_sides(const Model& m, const RestCorners& rest) {
-  std::vector<Side> sides;
-  sides.reserve(3 * m.triangles.size());
-  for (std::size_t t = 0; t < m.triangles.size(); ++t)
-    for (int j = 0; j < 3; ++j) {
-      const Index a = m.triangles[t].v[j];
-      const Index b = m.triangles[t].v[(j + 1) % 3];
-      sides.push_back({{{std::min(a, b), std::max(a, b)}},
-                       static_cast<Index>(t),
-                       m.triangles[t].v[(j + 2) % 3],
-                       a < b,
-                       t < rest.size() ? length(rest[t][static_cast<std::size_t>((j + 1) % 3)] -
-                                                rest[t][static_cast<std::size_t>(j)])
-                                       : 0,
-                       j});
-    }
-  Buckets low = buckets_by(static_cast<Index>(sides.size()), m.vertex_count,
-                           [&](Index s) { return sides[static_cast<std::size_t>(s)].edge.v[0]; });
-  const auto high = [&](Index s) { return sides[static_cast<std::size_t>(s)].edge.v[1]; };
-  for (Index v = 0; v < m.vertex_count; ++v)
-    std::sort(low.begin(v), low.end(v),
-              [&](Index a, Index b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
-  std::vector<Side> sorted;
-  sorted.reserve(sides.size());
-  for (const Index s : low.item) sorted.push_back(sides[static_cast<std::size_t>(s)]);
-  return sorted;
+/// Ends of number s % 3 of the sides of triangle s / 3, the lower one first.
+std::pair<Index, Index> ends_of(const Model& m, Index s) {
+  const Index* v = m.triangles[at(s / 3)].v;
+  return std::minmax(v[s % 3], v[(s + 1) % 3]);
+}
+
+/// The same side.
+Side side_of(const Model& m, const RestCorners& rest, Index s) {
+  const std::size_t t = at(s / 3);
+  const int j = s % 3;
+  const Index* v = m.triangles[t].v;
+  const Index a = v[j], b = v[(j + 1) % 3];
+  return {{{std::min(a, b), std::max(a, b)}},
+          s / 3,
+          v[(j + 2) % 3],
+          a < b,
+          t < rest.size() ? length(rest[t][static_cast<std::size_t>((j + 1) % 3)] -
+                                   rest[t][static_cast<std::size_t>(j)])
+                          : 0,
+          j};
+}
+
+/// All sides, by the lower vertex of their edges: ascending by the higher one, then by triangles.
+Buckets sorted_sides(const Model& m) {
+  const unsigned threads = setup_threads(m.triangles.size());
+  Buckets sides = buckets_by(static_cast<Index>(3 * m.triangles.size()), m.vertex_count,
+                             [&](Index s) { return ends_of(m, s).first; });
+  for_each_index(threads, at(m.vertex_count), [&](std::size_t v) {
+    std::sort(sides.begin(static_cast<Index>(v)), sides.end(static_cast<Index>(v)),
+              [&](Index a, Index b) {
+                const Index high_a = ends_of(m, a).second, high_b = ends_of(m, b).second;
+                return high_a != high_b ? high_a < high_b : a < b;
+              });
+  });
+  return sides;
 }
 
 void add_rest_positions(const Scene& scene, Model& m) {
@@ -251,42 +262,75 @@ void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
 constexpr double cut_share = 1e-3;
 
 /// Whether no triangle at an edge of cloth finds its ends in Model::material_points as at rest.
-bool is_cut(const Model& m, const std::vector<Side>& sides, std::size_t begin, std::size_t end) {
-  const Index* v = sides[begin].edge.v;
-  const auto a = static_cast<std::size_t>(v[0]);
-  const auto b = static_cast<std::size_t>(v[1]);
-  if (m.cloth_of_vertex[a] != m.cloth_of_vertex[b]) return true;
-  const double apart = length(m.material_points[b] - m.material_points[a]);
-  return std::none_of(sides.begin() + static_cast<std::ptrdiff_t>(begin),
-                      sides.begin() + static_cast<std::ptrdiff_t>(end), [&](const Side& side) {
-                        return std::abs(apart - side.length) <= cut_share * side.length;
-                      });
+bool is_cut(const Model& m, const std::vector<Side>& sides) {
+  const Index* v = sides.front().edge.v;
+  if (m.cloth_of_vertex[at(v[0])] != m.cloth_of_vertex[at(v[1])]) return true;
+  const double apart = length(m.material_points[at(v[1])] - m.material_points[at(v[0])]);
+  return std::none_of(sides.begin(), sides.end(), [&](const Side& side) {
+    return std::abs(apart - side.length) <= cut_share * side.length;
+  });
+}
+
+/// The hinges of an edge. Where more than two triangles meet, those of one piece bend against each
+/// other.
+void add_hinges(const Scene& scene, Model& m, const std::vector<Side>& sides) {
+  for (std::size_t p = 0; p < sides.size(); ++p)
+    for (std::size_t q = p + 1; q < sides.size(); ++q)
+      if (sides[p].forward != sides[q].forward && sides[p].opposite != sides[q].opposite &&
+          (sides.size() == 2 || same_piece(m, sides[p], sides[q])))
+        add_hinge(scene, m, sides[p], sides[q]);
 }
 
 void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m) {
-  const std::vector<Side> sides = sorted_sides(m, rest);
-  double edge_sum = 0;
-  for (std::size_t s = 0; s < sides.size();) {
-    std::size_t end = s + 1;
-    while (end < sides.size() && sides[end].edge.v[0] == sides[s].edge.v[0] &&
-           sides[end].edge.v[1] == sides[s].edge.v[1])
-      ++end;
-    m.edges.push_back(sides[s].edge);
-    if (sides[s].edge.v[0] < m.cloth_vertex_count) {
-      m.cloth_edge_count = static_cast<Index>(m.edges.size());
-      m.cut.push_back(is_cut(m, sides, s, end) ? 1 : 0);
-      edge_sum += sides[s].length;
-      // Where more than two triangles meet, those of one piece bend against each other.
-      for (std::size_t p = s; scene.bending == Bending::hinge && p < end; ++p)
-        for (std::size_t q = p + 1; q < end; ++q)
-          if (sides[p].forward != sides[q].forward && sides[p].opposite != sides[q].opposite &&
-              (end - s == 2 || same_piece(m, sides[p], sides[q])))
-            add_hinge(scene, m, sides[p], sides[q]);
+  const Buckets sorted = sorted_sides(m);
+  // Calls use() with `sides` set for each edge whose lower vertex is v.
+  const auto visit = [&](Index v, std::vector<Side>& sides, const auto& use) {
+    for (const Index* s = sorted.begin(v); s != sorted.end(v);) {
+      sides.clear();
+      const Index high = ends_of(m, *s).second;
+      for (; s != sorted.end(v) && ends_of(m, *s).second == high; ++s)
+        sides.push_back(side_of(m, rest, *s));
+      use();
     }
-    s = end;
-  }
-  m.mean_edge = edge_sum / m.cloth_edge_count;
+  };
+  const auto vertices = at(m.vertex_count);
+  const unsigned threads = setup_threads(m.triangles.size());
+  std::vector<Index> first(vertices + 1, 0);  // edge of each lower vertex
+  for_each_index(threads, vertices, [&](std::size_t v) {
+    Index high = -1;
+    const Index* const end = sorted.end(static_cast<Index>(v));
+    for (const Index* s = sorted.begin(static_cast<Index>(v)); s != end; ++s)
+      if (const Index own = ends_of(m, *s).second; own != high) {
+        ++first[v + 1];
+        high = own;
+      }
+  });
+  for (std::size_t v = 0; v < vertices; ++v) first[v + 1] += first[v];
+  m.cloth_edge_count = first[at(m.cloth_vertex_count)];
+  m.edges.resize(at(first.back()));
+  m.cut.resize(at(m.cloth_edge_count));
+  std::vector<double> edge_length(at(m.cloth_edge_count));
+  on_threads(threads, [&](unsigned n) {
+    std::vector<Side> sides;
+    const auto begin = static_cast<Index>(vertices * n / threads);
+    const auto end = static_cast<Index>(vertices * (n + 1) / threads);
+    auto e = at(first[at(begin)]);
+    for (Index v = begin; v < end; ++v)
+      visit(v, sides, [&] {
+        m.edges[e] = sides.front().edge;
+        if (v < m.cloth_vertex_count) {
+          m.cut[e] = is_cut(m, sides) ? 1 : 0;
+          edge_length[e] = sides.front().length;
+        }
+        ++e;
+      });
+  });
+  m.mean_edge = std::accumulate(edge_length.begin(), edge_length.end(), 0.0) / m.cloth_edge_count;
   if (std::find(m.cut.begin(), m.cut.end(), 1) == m.cut.end()) m.cut.clear();
+  if (scene.bending != Bending::hinge) return;
+  std::vector<Side> sides;
+  for (Index v = 0; v < m.cloth_vertex_count; ++v)
+    visit(v, sides, [&] { add_hinges(scene, m, sides); });
 }
 
 /// Pins and places of vertices that hold on to obstacles, with where they do.
@@ -441,23 +485,26 @@ std::vector<unsigned char> held_triangles(const Model& model,
 PlateMatrix make_plate(const Scene& scene, const Model& model,
                        const std::vector<unsigned char>& held) {
   if (scene.bending != Bending::plate) return {};
-  std::vector<PlateTriangle> triangles;
-  for (std::size_t t = 0; t < model.rest_corners.size(); ++t) {
-    const Material& material = scene.materials[static_cast<std::size_t>(model.material[t])];
+  std::vector<Mat3<double>> rigidity;
+  for (const Material& material : scene.materials) rigidity.push_back(bending_rigidity(material));
+  std::vector<std::array<Vec3<double>, 3>> shapes(model.shaped.size());
+  std::vector<PlateTriangle> triangles(model.rest_corners.size());
+  for_each_index(setup_threads(triangles.size()), triangles.size(), [&](std::size_t t) {
+    const auto material = static_cast<std::size_t>(model.material[t]);
     const Tri& source = model.input_corners[t];
     PlateTriangle triangle{model.triangles[t],
                            model.rest_corners[t],
-                           bending_rigidity(material),
-                           material.damping_stiffness,
+                           &rigidity[material],
+                           scene.materials[material].damping_stiffness,
                            held[t] != 0,
-                           !model.shaped.empty() && model.shaped[t] != 0,
-                           {},
+                           nullptr,
                            source};
-    if (triangle.shaped)
-      for (std::size_t j = 0; j < 3; ++j)
-        triangle.shape[j] = model.rest_positions[static_cast<std::size_t>(source.v[j])];
-    triangles.push_back(triangle);
-  }
+    if (!model.shaped.empty() && model.shaped[t] != 0) {
+      for (std::size_t j = 0; j < 3; ++j) shapes[t][j] = model.rest_positions[at(source.v[j])];
+      triangle.shape = &shapes[t];
+    }
+    triangles[t] = triangle;
+  });
   return make_plate_matrix(model.cloth_vertex_count, triangles);
 }
 

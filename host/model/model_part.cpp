@@ -1,6 +1,6 @@
 #include "host/model/model_part.hpp"
 
-#include "host/scene/seams/sewing.hpp"
+#include "host/scene/seams/groups.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {
@@ -103,13 +103,13 @@ void take_edges(const Model& whole, const std::vector<Index>& number, ModelPart&
 }  // namespace
 
 std::vector<Index> cloth_components(const Model& model) {
-  std::vector<SeamPair> joined;
+  Groups groups(at(model.cloth_vertex_count));
   for (Index t = 0; t < model.cloth_triangle_count; ++t)
     for (int j = 1; j < 3; ++j)
-      joined.push_back({{model.triangles[at(t)].v[0], model.triangles[at(t)].v[j]}, 0});
+      groups.join(model.triangles[at(t)].v[0], model.triangles[at(t)].v[j]);
   for (std::size_t v = 0; v < model.tied.size(); ++v)
-    joined.push_back({{static_cast<Index>(v), model.tied[v]}, 0});
-  std::vector<Index> piece = grouped(at(model.cloth_vertex_count), joined);
+    groups.join(static_cast<Index>(v), model.tied[v]);
+  std::vector<Index> piece = groups.lowest();
   Index count = 0;
   for (std::size_t v = 0; v < piece.size(); ++v)
     piece[v] = piece[v] == static_cast<Index>(v) ? count++ : piece[at(piece[v])];

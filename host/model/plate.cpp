@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <utility>
 
 #include "host/base/parallel.hpp"
 #include "host/model/plate_notes.hpp"
 #include "host/model/plate_patch.hpp"
 #include "weft/core/at.hpp"
+#include "weft/core/span.hpp"
 #include "weft/elements/triangle_frame.hpp"
 
 namespace weft {
@@ -20,51 +24,48 @@ using Point = PlatePatches::Point;
 
 /// Entries below this share of their diagonals are what rounding leaves of a zero.
 constexpr double negligible = 1e-12;
-/// Most rows have fewer entries on the diagonal and to the right of it.
-constexpr std::size_t usual_row = 16;
+/// Rows that are added up together: few enough for a cache, and so many that few triangles and
+/// edges belong to several blocks.
+constexpr Index block_rows_least = 512;
+constexpr Index block_rows_most = 4096;
 
 class PlateBuilder {
  public:
   PlateBuilder(Index vertex_count, const std::vector<PlateTriangle>& triangles)
       : threads_(setup_threads(triangles.size())),
         patches_(triangles),
-        quadratics_(triangles.size()),
-        rows_(at(vertex_count)) {
+        row_count_(vertex_count),
+        block_rows_(std::clamp(vertex_count / static_cast<Index>(4 * threads_), block_rows_least,
+                               block_rows_most)) {
     if (std::none_of(triangles.begin(), triangles.end(),
-                     [](const PlateTriangle& t) { return t.shaped; }))
+                     [](const PlateTriangle& t) { return t.shape != nullptr; }))
       return;
     shape_points_.resize(triangles.size());
     loads_.resize(triangles.size());
   }
 
-  /// Each thread has rows of its own, and adds to these in the order of triangles and edges. Only
-  /// what is on the diagonal or to the right of it is added up.
+  /// Blocks of neighbouring rows are added up one by one, each in the order of triangles and then
+  /// of edges: the bits do not depend on the blocks, nor on the threads that take them. Only what
+  /// is on the diagonal or to the right of it is added up.
   PlateMatrix build() {
-    for_each_index(threads_, quadratics_.size(), [&](std::size_t t) {
+    bulges_ = std::make_unique_for_overwrite<Bulges[]>(at(patches_.size()));
+    extent_.resize(at(patches_.size()));
+    for_each_index(threads_, at(patches_.size()), [&](std::size_t t) {
       const auto n = static_cast<Index>(t);
-      if (!patches_.triangle(n).held)
-        quadratics_[t] = patches_.quadratic(
-            n, nullptr, patches_.triangle(n).shaped ? &shape_points_[t] : nullptr);
+      if (patches_.triangle(n).held) return;
+      bulges_[t] =
+          patches_.quadratic(n, nullptr, patches_.triangle(n).shape ? &shape_points_[t] : nullptr);
+      for (const Index v : bulges_[t].vertices)
+        extent_[t] = {std::min(extent_[t].first, v), std::max(extent_[t].last, v)};
     });
-    on_threads(threads_, [&](unsigned thread) {
-      for (Index t = 0; t < patches_.size(); ++t) add_triangle(t, thread);
+    list_triangles();
+    std::atomic<std::size_t> next{0};
+    on_threads(threads_, [&](unsigned) {
+      std::vector<std::vector<Entry>> rows(at(block_rows_));
+      std::vector<EdgeOf> edges;
+      for (std::size_t b = next++; b < blocks_.size(); b = next++) add_up(blocks_[b], rows, edges);
     });
-    for (Index t = 0; t < patches_.size(); ++t)
-      if (patches_.triangle(t).shaped) load_triangle(t);
-    // As many as fit into a cache, or as are worth starting threads for.
-    const Index at_once = threads_ == 1 ? 1 << 8 : 1 << 15;
-    std::vector<Edge> edges;
-    for (Index first = 0; first < patches_.size(); first += at_once) {
-      edges.clear();
-      for (Index t = first; t < std::min(patches_.size(), first + at_once); ++t)
-        for (int k = 0; k < 3; ++k)
-          if (patches_.neighbour(t, k) > t && patches_.joins(t, k)) edges.emplace_back(t, k);
-      for_each_index(threads_, edges.size(), [&](std::size_t e) { complete(edges[e]); });
-      on_threads(threads_, [&](unsigned thread) {
-        for (const Edge& edge : edges) add_edge(edge, thread);
-      });
-      for (const Edge& edge : edges) load_edge(edge);
-    }
+    add_rest_shape();
     PlateMatrix matrix = compressed();
     add_loads(matrix.shape);
     return matrix;
@@ -72,7 +73,8 @@ class PlateBuilder {
 
   /// Energy of the first triangles and of the inner edges at them, in place of build(). [J]
   double energy(std::size_t counted, const std::vector<Vec3<double>>& x, PatchNotes* notes) {
-    fitted_.assign(quadratics_.size(), false);
+    fitted_.assign(at(patches_.size()), false);
+    quadratics_ = std::make_unique<Quadratic[]>(at(patches_.size()));
     double sum = 0;
     for (Index t = 0; at(t) < counted; ++t) {
       if (patches_.triangle(t).held) continue;
@@ -104,6 +106,33 @@ class PlateBuilder {
     double damping;
   };
 
+  /// An inner edge, by the triangle of the lower number.
+  struct EdgeOf {
+    Index triangle;
+    int k;  ///< edge of the triangle
+  };
+
+  /// The vertices that the quadratic of a triangle reads are among these; held: none.
+  struct Extent {
+    Index first = std::numeric_limits<Index>::max();
+    Index last = -1;
+  };
+
+  /// Neighbouring rows of the matrix, on the diagonal and to the right of it.
+  struct Block {
+    Index first = 0, last = 0;         ///< rows, without the last
+    std::vector<Index> triangles;      ///< whose quadratics read their vertices, ascending
+    std::vector<Entry> entries;        ///< row by row, ascending
+    std::vector<std::size_t> row_end;  ///< [rows] in the entries
+
+    bool has(Index row) const { return row >= first && row < last; }
+    Span<const Entry> row(Index i) const {
+      const auto n = at(i - first);
+      const std::size_t begin = n == 0 ? 0 : row_end[n - 1];
+      return {entries.data() + begin, row_end[n] - begin};
+    }
+  };
+
   /// Vertices that two neighbours read: they share two at least.
   static constexpr std::size_t edge_vertices = 2 * quadratic_vertices - 2;
   /// A vertex of some functionals, and its weight in each.
@@ -129,14 +158,15 @@ class PlateBuilder {
     return all[place].weight;
   }
 
-  /// Adds what `term` makes of the weights of every two vertices to the thread's rows.
+  /// Adds what `term` makes of the weights of every two vertices to the rows of a block.
+  /// @param rows [rows of the block]
   template <std::size_t N, class Term>
-  void add(const Joined<N>& all, double damping, unsigned thread, const Term& term) {
+  static void add(const Joined<N>& all, double damping, const Block& block,
+                  std::vector<std::vector<Entry>>& rows, const Term& term) {
     for (std::size_t a = 0; a < all.size(); ++a) {
       const Index i = all[a].vertex;
-      if (((static_cast<unsigned>(i) >> 6) & (threads_ - 1)) != thread) continue;
-      std::vector<Entry>& row = rows_[at(i)];
-      if (row.empty()) row.reserve(usual_row);
+      if (!block.has(i)) continue;
+      std::vector<Entry>& row = rows[at(i - block.first)];
       auto entry = row.begin();
       for (std::size_t b = a; b < all.size(); ++b, ++entry) {
         const Index j = all[b].vertex;
@@ -147,6 +177,89 @@ class PlateBuilder {
         entry->damping += damping * k;
       }
     }
+  }
+
+  bool reads(Index t, const Block& block) const {
+    const Extent& extent = extent_[at(t)];
+    if (extent.last < block.first || extent.first >= block.last) return false;
+    const auto& vertices = bulges_[at(t)].vertices;
+    return std::any_of(vertices.begin(), vertices.end(), [&](Index v) { return block.has(v); });
+  }
+
+  /// Makes the blocks, with the triangles of each. Each thread looks at all triangles for its
+  /// blocks.
+  void list_triangles() {
+    blocks_.resize(at((row_count_ + block_rows_ - 1) / block_rows_));
+    on_threads(threads_, [&](unsigned thread) {
+      const std::size_t begin = blocks_.size() * thread / threads_;
+      const std::size_t end = blocks_.size() * (thread + 1) / threads_;
+      for (std::size_t b = begin; b < end; ++b) {
+        blocks_[b].first = static_cast<Index>(b) * block_rows_;
+        blocks_[b].last = std::min(row_count_, blocks_[b].first + block_rows_);
+      }
+      for (Index t = 0; t < patches_.size(); ++t) {
+        const Extent& extent = extent_[at(t)];
+        if (extent.last < extent.first) continue;
+        const std::size_t first = std::max(begin, at(extent.first / block_rows_));
+        const std::size_t last = std::min(end, at(extent.last / block_rows_) + 1);
+        if (first >= last) continue;
+        for (const Index v : bulges_[at(t)].vertices) {
+          const std::size_t b = at(v / block_rows_);
+          if (b < first || b >= last) continue;
+          std::vector<Index>& triangles = blocks_[b].triangles;
+          if (triangles.empty() || triangles.back() != t) triangles.push_back(t);
+        }
+      }
+    });
+  }
+
+  /// @param rows  [rows of any block] empty, also afterwards: room for those of the block
+  /// @param edges room for those of the block
+  void add_up(Block& block, std::vector<std::vector<Entry>>& rows,
+              std::vector<EdgeOf>& edges) const {
+    for (const Index t : block.triangles) add_triangle(t, block, rows);
+    list_edges(block, edges);
+    Quadratic q;
+    Index of_q = -1;
+    for (const EdgeOf& e : edges) {
+      if (e.triangle != of_q) patches_.complete(e.triangle, bulges_[at(e.triangle)], q);
+      of_q = e.triangle;
+      Edge edge(e.triangle, e.k);
+      complete(edge, q);
+      add_edge(edge, block, rows);
+    }
+    std::size_t count = 0;
+    for (const std::vector<Entry>& row : rows) count += row.size();
+    block.entries.reserve(count);
+    block.row_end.reserve(at(block.last - block.first));
+    for (Index i = block.first; i < block.last; ++i) {
+      std::vector<Entry>& row = rows[at(i - block.first)];
+      block.entries.insert(block.entries.end(), row.begin(), row.end());
+      block.row_end.push_back(block.entries.size());
+      row.clear();
+    }
+    block.triangles = {};
+  }
+
+  /// The inner edges at the triangles of a block, ascending.
+  void list_edges(const Block& block, std::vector<EdgeOf>& edges) const {
+    edges.clear();
+    bool ascending = true;
+    for (const Index t : block.triangles)
+      for (int k = 0; k < 3; ++k) {
+        if (!patches_.joins(t, k)) continue;
+        const Index other = patches_.neighbour(t, k);
+        if (other > t) {
+          edges.push_back({t, k});
+        } else if (!reads(other, block)) {
+          edges.push_back({other, patches_.edge_back(t, k)});
+          ascending = false;
+        }
+      }
+    if (ascending) return;
+    std::sort(edges.begin(), edges.end(), [](const EdgeOf& a, const EdgeOf& b) {
+      return a.triangle != b.triangle ? a.triangle < b.triangle : a.k < b.k;
+    });
   }
 
   /// What is written down about a triangle, or may be; null: nothing. Its neighbours in the patch
@@ -215,6 +328,13 @@ class PlateBuilder {
     return energy;
   }
 
+  /// @param room for it, of build()
+  const Quadratic& quadratic(Index t, Quadratic& room) const {
+    if (quadratics_) return quadratics_[at(t)];
+    patches_.complete(t, bulges_[at(t)], room);
+    return room;
+  }
+
   double triangle_energy(Index t, const std::vector<Vec3<double>>& x) const {
     const Quadratic& q = quadratics_[at(t)];
     Vec3<double> second[3]{};
@@ -225,19 +345,20 @@ class PlateBuilder {
     double sum = 0;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        sum += patches_.triangle(t).rigidity(i, j) * dot(second[i], second[j]);
+        sum += (*patches_.triangle(t).rigidity)(i, j) * dot(second[i], second[j]);
     return patches_.area(t) / 2 * sum;
   }
 
-  void add_triangle(Index t, unsigned thread) {
+  void add_triangle(Index t, const Block& block, std::vector<std::vector<Entry>>& rows) const {
     const PlateTriangle& triangle = patches_.triangle(t);
-    const Quadratic& q = quadratics_[at(t)];
-    const Mat3<double> d = patches_.area(t) * triangle.rigidity;
+    Quadratic room;
+    const Quadratic& q = quadratic(t, room);
+    const Mat3<double> d = patches_.area(t) * *triangle.rigidity;
     Joined<3> all;
     for (std::size_t n = 0; n < q.vertices.size(); ++n)
       weights_of(all, q.vertices[n]) = {q.second[0][n], q.second[1][n], q.second[2][n]};
     using Three = std::array<double, 3>;
-    add(all, triangle.damping, thread, [&](const Three& a, const Three& b) {
+    add(all, triangle.damping, block, rows, [&](const Three& a, const Three& b) {
       double sum = 0;
       for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j)
@@ -246,11 +367,33 @@ class PlateBuilder {
     });
   }
 
+  /// Adds what rest shapes say, in the order of triangles and edges.
+  void add_rest_shape() {
+    if (loads_.empty()) return;
+    for (Index t = 0; t < patches_.size(); ++t)
+      if (patches_.triangle(t).shape != nullptr) load_triangle(t);
+    constexpr Index at_once = 1 << 15;
+    std::vector<Edge> edges;
+    for (Index first = 0; first < patches_.size(); first += at_once) {
+      edges.clear();
+      for (Index t = first; t < std::min(patches_.size(), first + at_once); ++t)
+        for (int k = 0; k < 3; ++k) {
+          const Index other = patches_.neighbour(t, k);
+          if (other > t && patches_.joins(t, k) &&
+              (patches_.triangle(t).shape != nullptr || patches_.triangle(other).shape != nullptr))
+            edges.emplace_back(t, k);
+        }
+      for_each_index(threads_, edges.size(), [&](std::size_t e) { complete(edges[e]); });
+      for (const Edge& edge : edges) load_edge(edge);
+    }
+  }
+
   void load_triangle(Index t) {
-    const Quadratic& q = quadratics_[at(t)];
+    Quadratic room;
+    const Quadratic& q = quadratic(t, room);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
-        const double k = patches_.area(t) * patches_.triangle(t).rigidity(i, j);
+        const double k = patches_.area(t) * (*patches_.triangle(t).rigidity)(i, j);
         if (k == 0) continue;
         const Vec3<double> there = at_rest(t, q.vertices, q.second[j]);
         add_load(t, q.vertices, q.second[i], k * there);
@@ -263,16 +406,16 @@ class PlateBuilder {
   template <class Vertices, class Values>
   Vec3<double> at_rest(Index t, const Vertices& vertices, const Values& weight) const {
     const PlateTriangle& triangle = patches_.triangle(t);
-    const Vec3<double>& base = triangle.shape[0];
-    const Quadratic& q = quadratics_[at(t)];
+    const std::array<Vec3<double>, 3>& shape = *triangle.shape;
+    Quadratic room;
+    const Quadratic& q = quadratic(t, room);
     Vec3<double> sum{};
     for (std::size_t n = 0; n < vertices.size(); ++n) {
       const auto corner = static_cast<std::size_t>(
           std::find(triangle.v.v, triangle.v.v + 3, vertices[n]) - triangle.v.v);
       const auto read = static_cast<std::size_t>(
           std::find(q.vertices.begin(), q.vertices.end(), vertices[n]) - q.vertices.begin());
-      sum +=
-          weight[n] * ((corner < 3 ? triangle.shape[corner] : shape_points_[at(t)][read]) - base);
+      sum += weight[n] * ((corner < 3 ? shape[corner] : shape_points_[at(t)][read]) - shape[0]);
     }
     return sum;
   }
@@ -301,7 +444,7 @@ class PlateBuilder {
       const Vec2<double> b = triangle.rest[2] - triangle.rest[0];
       const double det = a[0] * b[1] - a[1] * b[0];
       const Mat2<double> inv_rest{{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}};
-      const TriangleFrame<double> frame = triangle_frame(triangle.shape.data(), inv_rest);
+      const TriangleFrame<double> frame = triangle_frame(triangle.shape->data(), inv_rest);
       if (shape.offset.empty()) shape.offset.push_back(0);
       shape.corners.push_back(triangle.v);
       shape.inv_rest.push_back(inv_rest);
@@ -325,7 +468,11 @@ class PlateBuilder {
   };
 
   EdgeSide edge_side(Index t, int k) const {
-    const Quadratic& q = quadratics_[at(t)];
+    Quadratic room;
+    return edge_side(t, k, quadratic(t, room));
+  }
+
+  EdgeSide edge_side(Index t, int k, const Quadratic& q) const {
     const PlateTriangle& triangle = patches_.triangle(t);
     const int a = (k + 1) % 3;
     const int b = (k + 2) % 3;
@@ -341,7 +488,7 @@ class PlateBuilder {
     const double middle = n.dot(q.gradient[a] + q.gradient[b]) / 2;
     const double other = n.dot(q.gradient[k]) / 2;
     const Vec3<double> across{n.x() * n.x(), n.y() * n.y(), n.x() * n.y()};
-    const Vec3<double> moment = triangle.rigidity * across;
+    const Vec3<double> moment = *triangle.rigidity * across;
     for (std::size_t v = 0; v < q.vertices.size(); ++v) {
       const auto place = static_cast<std::size_t>(
           std::find(side.vertices.begin(), side.vertices.end(), q.vertices[v]) -
@@ -371,9 +518,15 @@ class PlateBuilder {
   };
 
   void complete(Edge& edge) const {
+    Quadratic room;
+    complete(edge, quadratic(edge.triangle, room));
+  }
+
+  /// @param q of its triangle
+  void complete(Edge& edge, const Quadratic& q) const {
     const Index t = edge.triangle;
     edge.other = patches_.neighbour(t, edge.k);
-    const EdgeSide side = edge_side(t, edge.k);
+    const EdgeSide side = edge_side(t, edge.k, q);
     const EdgeSide opposite = edge_side(edge.other, patches_.edge_back(t, edge.k));
     for (const EdgeSide* s : {&side, &opposite})
       for (std::size_t n = 0; n < s->vertices.size(); ++n) {
@@ -388,9 +541,9 @@ class PlateBuilder {
     edge.penalty = length * length / 4 * (side.penalty + opposite.penalty);
   }
 
-  void add_edge(const Edge& e, unsigned thread) {
+  static void add_edge(const Edge& e, const Block& block, std::vector<std::vector<Entry>>& rows) {
     using Two = std::array<double, 2>;  // in the jump, in the moment
-    add(e.all, e.damping, thread, [&](const Two& a, const Two& b) {
+    add(e.all, e.damping, block, rows, [&](const Two& a, const Two& b) {
       return e.cross * (a[0] * b[1] + a[1] * b[0]) + e.penalty * a[0] * b[0];
     });
   }
@@ -414,12 +567,13 @@ class PlateBuilder {
   void load_edge(const Edge& e) {
     const std::array<Index, 2> half{e.triangle, e.other};
     const std::array<int, 2> k{e.k, patches_.edge_back(e.triangle, e.k)};
-    const bool shaped[2] = {patches_.triangle(half[0]).shaped, patches_.triangle(half[1]).shaped};
+    const bool shaped[2] = {patches_.triangle(half[0]).shape != nullptr,
+                            patches_.triangle(half[1]).shape != nullptr};
     if (!shaped[0] && !shaped[1]) return;
     const EdgeSide side[2] = {edge_side(half[0], k[0]), edge_side(half[1], k[1])};
     EdgeLoad jump, moment;
     for (const EdgeSide& s : side) jump.add(e, s.vertices, 0);
-    for (const Index t : half) moment.add(e, quadratics_[at(t)].vertices, 1);
+    for (const Index t : half) moment.add(e, bulges_[at(t)].vertices, 1);
     Vec3<double> slope_there[2]{}, moment_there[2]{};
     for (int n = 0; n < 2; ++n) {
       if (!shaped[n]) continue;
@@ -459,7 +613,7 @@ class PlateBuilder {
   /// normal.
   /// @param sign -1: against the edge
   Axes edge_axes(Index t, int k, double sign) const {
-    const std::array<Vec3<double>, 3>& y = patches_.triangle(t).shape;
+    const std::array<Vec3<double>, 3>& y = *patches_.triangle(t).shape;
     const Vec3<double> edge =
         y[static_cast<std::size_t>((k + 2) % 3)] - y[static_cast<std::size_t>((k + 1) % 3)];
     const Vec3<double> area = cross(y[1] - y[0], y[2] - y[0]);
@@ -474,51 +628,78 @@ class PlateBuilder {
 
   /// The whole matrix: rows from the upper half, without what rounding leaves.
   PlateMatrix compressed() {
-    const std::size_t count = rows_.size();
-    std::vector<double> diagonal(count, 0);
-    for_each_index(threads_, count, [&](std::size_t i) {
-      if (!rows_[i].empty()) diagonal[i] = rows_[i].front().stiffness;
-    });
+    drop_negligible();
     PlateMatrix m;
-    m.row_offset.assign(count + 1, 0);
-    for_each_index(threads_, count, [&](std::size_t i) {
-      std::erase_if(rows_[i], [&](const Entry& e) {
-        return std::abs(e.stiffness) <=
-               negligible * std::sqrt(diagonal[i] * diagonal[at(e.column)]);
-      });
+    m.row_offset.assign(at(row_count_) + 1, 0);
+    for_own_entries([&](Index row, Index, const Entry&) { ++m.row_offset[at(row) + 1]; });
+    for (std::size_t i = 0; i < at(row_count_); ++i) m.row_offset[i + 1] += m.row_offset[i];
+    const auto entries = static_cast<std::size_t>(m.row_offset.back());
+    // The time goes into memory that is touched for the first time.
+    for_each_index(std::min(threads_, 2u), 2, [&](std::size_t n) {
+      (n == 0 ? m.stiffness : m.damping).resize(entries);
+      if (n == 0) m.column.resize(entries);
     });
-    for (std::size_t i = 0; i < count; ++i)
-      for (const Entry& e : rows_[i]) {
-        ++m.row_offset[i + 1];
-        if (at(e.column) != i) ++m.row_offset[at(e.column) + 1];
-      }
-    for (std::size_t i = 0; i < count; ++i) m.row_offset[i + 1] += m.row_offset[i];
     std::vector<Offset> next(m.row_offset.begin(), m.row_offset.end() - 1);
-    m.column.resize(static_cast<std::size_t>(m.row_offset.back()));
-    m.stiffness.resize(m.column.size());
-    m.damping.resize(m.column.size());
-    const auto put = [&](std::size_t row, Index column, const Entry& e) {
-      const auto place = static_cast<std::size_t>(next[row]++);
+    for_own_entries([&](Index row, Index column, const Entry& e) {
+      const auto place = static_cast<std::size_t>(next[at(row)]++);
       m.column[place] = column;
       m.stiffness[place] = e.stiffness;
       m.damping[place] = e.damping;
-    };
-    // A row's entries left of the diagonal are those of rows above, which have been put by then.
-    for (std::size_t i = 0; i < count; ++i) {
-      for (const Entry& e : rows_[i]) {
-        put(i, e.column, e);
-        if (at(e.column) != i) put(at(e.column), static_cast<Index>(i), e);
-      }
-      rows_[i] = {};
-    }
+    });
     return m;
+  }
+
+  void drop_negligible() {
+    std::vector<double> diagonal(at(row_count_), 0);
+    for (const Block& block : blocks_)
+      for (Index i = block.first; i < block.last; ++i)
+        if (!block.row(i).empty()) diagonal[at(i)] = block.row(i)[0].stiffness;
+    for_each_index(threads_, blocks_.size(), [&](std::size_t b) {
+      Block& block = blocks_[b];
+      std::size_t kept = 0, begin = 0;
+      for (Index i = block.first; i < block.last; ++i) {
+        std::size_t& end = block.row_end[at(i - block.first)];
+        for (std::size_t n = begin; n < end; ++n) {
+          const Entry& e = block.entries[n];
+          const double least = negligible * std::sqrt(diagonal[at(i)] * diagonal[at(e.column)]);
+          if (!(std::abs(e.stiffness) <= least)) block.entries[kept++] = e;
+        }
+        begin = std::exchange(end, kept);
+      }
+    });
+  }
+
+  /// Calls use(row, column, entry) for each entry of the whole matrix, the columns of a row in
+  /// ascending order: those left of its diagonal are of rows above. Each thread has rows of its
+  /// own, and looks through the rows above these for what reaches them.
+  template <class Use>
+  void for_own_entries(const Use& use) const {
+    on_threads(threads_, [&](unsigned thread) {
+      const std::size_t end = blocks_.size() * (thread + 1) / threads_;
+      const std::size_t begin = blocks_.size() * thread / threads_;
+      if (begin == end) return;
+      const Index first = blocks_[begin].first, last = blocks_[end - 1].last;
+      for (std::size_t b = 0; b < end; ++b)
+        for (Index i = blocks_[b].first; i < blocks_[b].last; ++i) {
+          const Span<const Entry> row = blocks_[b].row(i);
+          if (row.empty() || row[row.size() - 1].column < first) continue;
+          for (const Entry& e : row) {
+            if (i >= first) use(i, e.column, e);
+            if (e.column != i && e.column >= first && e.column < last) use(e.column, i, e);
+          }
+        }
+    });
   }
 
   unsigned threads_;
   PlatePatches patches_;
-  std::vector<Quadratic> quadratics_;     ///< of held triangles: empty
-  std::vector<bool> fitted_;              ///< of energy(): which have theirs
-  std::vector<std::vector<Entry>> rows_;  ///< ascending
+  Index row_count_;
+  Index block_rows_;
+  std::unique_ptr<Quadratic[]> quadratics_;  ///< [triangles] of energy()
+  std::unique_ptr<Bulges[]> bulges_;         ///< [triangles] of build(); held: empty
+  std::vector<Extent> extent_;               ///< [triangles] of build()
+  std::vector<bool> fitted_;                 ///< of energy(): which have their quadratics
+  std::vector<Block> blocks_;                ///< of build(), ascending
   std::vector<ShapePoints>
       shape_points_;  ///< [triangles] of their quadratics; none are shaped: empty
   std::vector<std::vector<std::pair<Index, Vec3<double>>>> loads_;  ///< [triangles] of PlateShape

@@ -45,15 +45,15 @@ struct PlateMatrix {
   PlateShape shape;                ///< no triangles where all is flat at rest
 };
 
-/// A triangle of the plate.
+/// A triangle of the plate. What it points at has to outlive it.
 struct PlateTriangle {
   Tri v;
-  std::array<Vec2<double>, 3> rest;     ///< [m] its corners in its own piece of material space
-  Mat3<double> rigidity;                ///< [N m] D
-  double damping = 0;                   ///< [s] Rayleigh b
-  bool held = false;                    ///< all corners are prescribed: it cannot bend
-  bool shaped = false;                  ///< it has a rest shape that may be curved
-  std::array<Vec3<double>, 3> shape{};  ///< [m] its corners in that
+  std::array<Vec2<double>, 3> rest;  ///< [m] its corners in its own piece of material space
+  const Mat3<double>* rigidity;      ///< [N m] D
+  double damping = 0;                ///< [s] Rayleigh b
+  bool held = false;                 ///< all corners are prescribed: it cannot bend
+  /// [m] its corners in a rest shape that may be curved; null: flat
+  const std::array<Vec3<double>, 3>* shape = nullptr;
   /// Its corners as numbers of vertices before seams were welded: triangles of one piece have them
   /// in common. -1: as v
   Tri source{{-1, -1, -1}};

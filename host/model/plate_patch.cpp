@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "host/base/buckets.hpp"
+#include "host/base/parallel.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/core/at.hpp"
 
@@ -55,7 +56,7 @@ std::array<Index, 2> source_edge(const PlateTriangle& t, int edge) {
 
 }  // namespace
 
-std::size_t Quadratic::place(Index v) {
+std::size_t Bulges::place(Index v) {
   for (std::size_t i = 0; i < vertices.size(); ++i)
     if (vertices[i] == v) return i;
   for (Weights& weights : bulge) weights[vertices.size()] = 0;
@@ -68,46 +69,45 @@ PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
   find_neighbours();
 }
 
-/// Only two triangles that run along an edge in opposite directions are neighbours: those of one
-/// piece, or else the only two that there are.
 void PlatePatches::find_neighbours() {
-  struct Side {
-    Index low, high, triangle;
-    std::size_t edge;
-    bool forward;
-    std::array<Index, 2> source;
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * triangles_.size());
-  for (std::size_t t = 0; t < triangles_.size(); ++t)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Index a = triangles_[t].v.v[(k + 1) % 3];
-      const Index b = triangles_[t].v.v[(k + 2) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(t), k, a < b,
-                       source_edge(triangles_[t], static_cast<int>(k))});
-    }
+  const unsigned threads = setup_threads(triangles_.size());
+  const auto corner = [&](Index side, Index k) { return triangles_[at(side / 3)].v.v[k % 3]; };
+  const auto low = [&](Index s) { return std::min(corner(s, s % 3 + 1), corner(s, s % 3 + 2)); };
+  const auto high = [&](Index s) { return std::max(corner(s, s % 3 + 1), corner(s, s % 3 + 2)); };
   Index vertex_count = 0;
-  for (const Side& s : sides) vertex_count = std::max(vertex_count, s.low + 1);
-  Buckets low = buckets_by(static_cast<Index>(sides.size()), vertex_count,
-                           [&](Index s) { return sides[at(s)].low; });
-  const auto high = [&](Index s) { return sides[at(s)].high; };
-  for (Index v = 0; v < vertex_count; ++v) {
-    std::sort(low.begin(v), low.end(v),
+  for (const PlateTriangle& t : triangles_)
+    vertex_count = std::max({vertex_count, t.v.v[0] + 1, t.v.v[1] + 1, t.v.v[2] + 1});
+  // Side 3 t + k is edge k of triangle t.
+  Buckets sides = buckets_by(3 * size(), vertex_count, low);
+  for_each_index(threads, at(vertex_count), [&](std::size_t vertex) {
+    Index* const begin = sides.begin(static_cast<Index>(vertex));
+    Index* const last = sides.end(static_cast<Index>(vertex));
+    std::sort(begin, last,
               [&](Index a, Index b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
-    for (const Index* s = low.begin(v); s != low.end(v);) {
+    for (const Index* s = begin; s != last;) {
       const Index* end = s + 1;
-      while (end != low.end(v) && high(*end) == high(*s)) ++end;
+      while (end != last && high(*end) == high(*s)) ++end;
       for (const Index* i = s; i != end; ++i)
-        for (const Index* j = i + 1; j != end; ++j) {
-          const Side& one = sides[at(*i)];
-          const Side& other = sides[at(*j)];
-          if (one.forward == other.forward || (end - s > 2 && one.source != other.source)) continue;
-          neighbour_[at(one.triangle)][one.edge] = other.triangle;
-          neighbour_[at(other.triangle)][other.edge] = one.triangle;
-        }
+        for (const Index* j = i + 1; j != end; ++j) join(*i, *j, end - s == 2);
       s = end;
     }
-  }
+  });
+}
+
+/// Only two triangles that run along an edge in opposite directions are neighbours: those of one
+/// piece, or else the only two that there are.
+/// @param s         side: three times the triangle, and its edge   @param r another of the same
+/// edge
+/// @param only_ones whether no others are there
+void PlatePatches::join(Index s, Index r, bool only_ones) {
+  const auto forward = [&](Index side) {
+    const Index* v = triangle(side / 3).v.v;
+    return v[(side + 1) % 3] < v[(side + 2) % 3];
+  };
+  const auto source = [&](Index side) { return source_edge(triangle(side / 3), side % 3); };
+  if (forward(s) == forward(r) || (!only_ones && source(s) != source(r))) return;
+  neighbour_[at(s / 3)][at(s % 3)] = r / 3;
+  neighbour_[at(r / 3)][at(r % 3)] = s / 3;
 }
 
 bool PlatePatches::same_piece(Index t, int edge) const {
@@ -142,8 +142,10 @@ PlatePatches::Placed PlatePatches::unfolded(const Placed& from, int k) const {
   turn << c, -s, s, c;
   const Point middle = (head + tail) / 2;
   const Point own_middle = (rest(next, e) + rest(next, b)) / 2;
-  Placed placed{
-      next, {}, from.depth + 1, from.own && triangle(next).shaped && same_piece(from.triangle, k)};
+  Placed placed{next,
+                {},
+                from.depth + 1,
+                from.own && triangle(next).shape != nullptr && same_piece(from.triangle, k)};
   for (int i = 0; i < 3; ++i)
     placed.corner[static_cast<std::size_t>(i)] = middle + turn * (rest(next, i) - own_middle);
   return placed;
@@ -295,25 +297,51 @@ PlatePatches::Fit PlatePatches::fit_of(const Products& m) {
 /// Where the rest shape of a triangle has a vertex that its quadratic reads. [m]
 Vec3<double> PlatePatches::shape_point(Index t, const Conditions& conditions, Index v) const {
   const PlateTriangle& own = triangle(t);
+  const std::array<Vec3<double>, 3>& shape = *own.shape;
   const auto in_plane = [&](const Eigen::Vector3d& place) {
-    return place[0] * own.shape[0] + place[1] * own.shape[1] + place[2] * own.shape[2];
+    return place[0] * shape[0] + place[1] * shape[1] + place[2] * shape[2];
   };
   for (std::size_t c = 0; c < 3; ++c)
-    if (own.v.v[c] == v) return own.shape[c];
+    if (own.v.v[c] == v) return shape[c];
   for (const NearPoint& p : conditions.points)
     if (p.vertex == v)
-      return p.own ? triangle(p.triangle).shape[static_cast<std::size_t>(p.corner)]
+      return p.own ? (*triangle(p.triangle).shape)[static_cast<std::size_t>(p.corner)]
                    : in_plane(p.place);
   const std::array<Point, 3> corner{rest(t, 0), rest(t, 1), rest(t, 2)};
   for (const int k : conditions.clamped) {
     const Placed held = unfolded({t, corner, 0, true}, k);
     for (std::size_t c = 0; c < 3; ++c)
       if (triangle(held.triangle).v.v[c] == v)
-        return held.own ? triangle(held.triangle).shape[c]
+        return held.own ? (*triangle(held.triangle).shape)[c]
                         : in_plane(barycentric(corner, held.corner[c]));
   }
   WEFT_ASSERT(false);
   return {};
+}
+
+namespace {
+
+/// @param q has all else
+void set_second(Quadratic& q) {
+  for (Weights& weights : q.second) weights = {};
+  for (int i = 0; i < 3; ++i) {
+    const Point& a = q.gradient[(i + 1) % 3];
+    const Point& b = q.gradient[(i + 2) % 3];
+    const double part[3] = {2 * a.x() * b.x(), 2 * a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
+    // Of all vertices that there may be: the compiler takes several at once.
+    for (int n = 0; n < 3; ++n)
+      for (std::size_t v = 0; v < quadratic_vertices; ++v)
+        q.second[n][v] += part[n] * q.bulge[i][v];
+  }
+}
+
+}  // namespace
+
+void PlatePatches::complete(Index t, const Bulges& bulges, Quadratic& q) const {
+  static_cast<Bulges&>(q) = bulges;
+  const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
+  std::copy(gradient.begin(), gradient.end(), q.gradient);
+  set_second(q);
 }
 
 Quadratic PlatePatches::quadratic(Index t, bool* near, ShapePoints* shape) const {
@@ -321,6 +349,7 @@ Quadratic PlatePatches::quadratic(Index t, bool* near, ShapePoints* shape) const
   const Conditions conditions = choose(t, reads_neighbours);
   if (near != nullptr) *near = reads_neighbours;
   Quadratic q;
+  for (Weights& weights : q.bulge) weights = {};
   const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
   std::copy(gradient.begin(), gradient.end(), q.gradient);
   const Products m = products(conditions);
@@ -337,14 +366,7 @@ Quadratic PlatePatches::quadratic(Index t, bool* near, ShapePoints* shape) const
     }
     ++column;
   }
-  for (Weights& weights : q.second) weights = {};
-  for (int i = 0; i < 3; ++i) {
-    const Point& a = q.gradient[(i + 1) % 3];
-    const Point& b = q.gradient[(i + 2) % 3];
-    const double part[3] = {2 * a.x() * b.x(), 2 * a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
-    for (int n = 0; n < 3; ++n)
-      for (std::size_t v = 0; v < q.vertices.size(); ++v) q.second[n][v] += part[n] * q.bulge[i][v];
-  }
+  set_second(q);
   if (shape != nullptr)
     for (const Index v : q.vertices) shape->push_back(shape_point(t, conditions, v));
   return q;

@@ -16,16 +16,20 @@ inline constexpr std::size_t quadratic_vertices = 6;
 /// A linear functional of one coordinate of these: the sum of weight times value.
 using Weights = std::array<double, quadratic_vertices>;
 
-/// The quadratic of one triangle: its linear interpolant plus bulge[i] times the product of the
-/// barycentric coordinates other than i.
-struct Quadratic {
+/// What makes a quadratic of the linear interpolant of a triangle: bulge[i] times the product of
+/// the barycentric coordinates other than i.
+struct Bulges {
   ShortList<Index, quadratic_vertices> vertices;
-  Weights bulge[3];
-  Weights second[3];            ///< derivatives by u u, v v and u v
-  Eigen::Vector2d gradient[3];  ///< [1/m] of the barycentric coordinates
+  Weights bulge[3];  ///< zero beyond the vertices
 
   /// Where a vertex stands in the list, at the end of which it is put if it is not there yet.
   std::size_t place(Index v);
+};
+
+/// The quadratic of one triangle.
+struct Quadratic : Bulges {
+  Weights second[3];            ///< derivatives by u u, v v and u v
+  Eigen::Vector2d gradient[3];  ///< [1/m] of the barycentric coordinates
 };
 
 /// Where a rest shape has the vertices that a quadratic reads. [m]
@@ -72,6 +76,8 @@ class PlatePatches {
   /// @param shape filled with where the rest shape of the triangle has what the quadratic reads.
   ///              Beyond a seam the shape goes on in the triangle's plane
   Quadratic quadratic(Index t, bool* near = nullptr, ShapePoints* shape = nullptr) const;
+  /// Makes that quadratic from its bulges.
+  void complete(Index t, const Bulges& bulges, Quadratic& q) const;
 
  private:
   /// A triangle laid into the plane of another.
@@ -107,6 +113,7 @@ class PlatePatches {
   using Fit = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;
 
   void find_neighbours();
+  void join(Index s, Index r, bool only_ones);
   Placed unfolded(const Placed& from, int k) const;
   NearPoints points_around(Index t, int depth) const;
   static Products products(const Conditions& conditions);

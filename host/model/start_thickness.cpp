@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "host/base/parallel.hpp"
@@ -64,6 +65,20 @@ bool are_flat(const Model& m, const std::vector<Index>& v, double tolerance) {
   });
 }
 
+/// @return [cloths] 1 where the vertices of one are_flat()
+std::vector<unsigned char> flat_cloths(const Model& m, double thickness) {
+  std::vector<std::vector<Index>> vertices;
+  for (Index v = 0; v < m.cloth_vertex_count; ++v) {
+    const std::size_t cloth = at(m.cloth_of_vertex[at(v)]);
+    if (cloth >= vertices.size()) vertices.resize(cloth + 1);
+    vertices[cloth].push_back(v);
+  }
+  std::vector<unsigned char> flat;
+  for (const std::vector<Index>& v : vertices)
+    flat.push_back(!v.empty() && are_flat(m, v, flat_share * thickness) ? 1 : 0);
+  return flat;
+}
+
 /// Lowers a number that other threads lower too: the smallest wins, in whatever order they come.
 void lower(double& own, double to) {
   std::atomic_ref<double> shared(own);
@@ -75,11 +90,12 @@ void lower(double& own, double to) {
 /// The smallest gap of each vertex.
 class StartGaps {
  public:
-  StartGaps(const Model& model, double thickness)
+  /// @param flat [cloths] see flat_cloths()
+  StartGaps(const Model& model, double thickness, std::vector<unsigned char> flat)
       : m_(model),
         tables_(make_surface_tables(model)),
         thickness_(thickness),
-        flat_cloths_(flat_cloths(model, thickness)),
+        flat_cloths_(std::move(flat)),
         gaps_(at(model.cloth_vertex_count), thickness),
         shortest_edge_(at(model.cloth_vertex_count), thickness) {
     for (const Edge& edge : model.edges) {
@@ -90,7 +106,6 @@ class StartGaps {
     }
   }
 
-  bool has_one_flat_cloth() const { return flat_cloths_.size() == 1 && flat_cloths_[0] != 0; }
   const std::vector<double>& gaps() const { return gaps_; }  ///< [cloth vertices] [m]
 
   /// Looks at the vertices of each triangle against the face of the other, and at their edges. The
@@ -118,20 +133,6 @@ class StartGaps {
 
  private:
   using Corner4 = std::array<Index, 4>;
-
-  /// @return [cloths] 1 where the vertices of one are_flat()
-  static std::vector<unsigned char> flat_cloths(const Model& m, double thickness) {
-    std::vector<std::vector<Index>> vertices;
-    for (Index v = 0; v < m.cloth_vertex_count; ++v) {
-      const std::size_t cloth = at(m.cloth_of_vertex[at(v)]);
-      if (cloth >= vertices.size()) vertices.resize(cloth + 1);
-      vertices[cloth].push_back(v);
-    }
-    std::vector<unsigned char> flat;
-    for (const std::vector<Index>& v : vertices)
-      flat.push_back(!v.empty() && are_flat(m, v, flat_share * thickness) ? 1 : 0);
-    return flat;
-  }
 
   bool of_one_flat_cloth(const Tri& a, const Tri& b) const {
     const auto cloth = [&](Index v) {
@@ -220,6 +221,18 @@ class StartGaps {
   std::vector<double> shortest_edge_;  ///< [cloth vertices] [m] at most the thickness
 };
 
+/// Whether the box of any of the cloth's triangles overlaps another.
+/// @param pad [m] it is larger than the triangle by this
+bool any_overlaps(const Model& m, double pad, const Aabb& other) {
+  const Vec3<double> corner{pad, pad, pad};
+  return std::any_of(m.triangles.begin(), m.triangles.begin() + m.cloth_triangle_count,
+                     [&](const Tri& t) {
+                       Aabb box;
+                       for (const Index v : t.v) box.include(m.positions[at(v)]);
+                       return other.overlaps({box.lo - corner, box.hi + corner});
+                     });
+}
+
 }  // namespace
 
 std::vector<double> start_thickness(const Scene& scene, const Model& model) {
@@ -234,11 +247,13 @@ std::vector<double> start_thickness(const Scene& scene, const Model& model) {
     tree.refit(points, triangles, thickness / 2, {all_awake.data(), all_awake.size()});
     return tree;
   };
-  const BoxTree cloth = tree_of(0, cloth_end);
+  std::vector<unsigned char> flat = flat_cloths(model, thickness);
+  const bool self = scene.contact.self && !(flat.size() == 1 && flat[0] != 0);
   std::optional<BoxTree> obstacle;
   if (end > cloth_end) obstacle = tree_of(cloth_end, end);
-  StartGaps gaps(model, thickness);
-  const bool self = scene.contact.self && !gaps.has_one_flat_cloth();
+  if (!self && !(obstacle && any_overlaps(model, thickness / 2, obstacle->nodes[1]))) return {};
+  const BoxTree cloth = tree_of(0, cloth_end);
+  StartGaps gaps(model, thickness, std::move(flat));
   // As in refuse_intersecting_start(): each node of a level with all that is below it, and the
   // nodes above with their halves against each other.
   const std::size_t level = std::min<std::size_t>(cloth.leaf_count, 256);

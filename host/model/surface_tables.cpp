@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "host/base/buckets.hpp"
+#include "host/base/parallel.hpp"
 
 namespace weft {
 namespace {
@@ -16,11 +17,24 @@ Index edge_number(const Model& model, const std::vector<Index>& first, Index a, 
   return e;
 }
 
-void add_face(const Model& model, const std::vector<Index>& first, Index t, SurfaceTables& tables) {
+void find_edges(const Model& model, SurfaceTables& tables) {
+  // Edges are sorted, so that this leaves their order.
+  const std::vector<Index> first =
+      buckets_by(static_cast<Index>(model.edges.size()), model.vertex_count, [&](Index e) {
+        return model.edges[static_cast<std::size_t>(e)].v[0];
+      }).offset;
+  tables.edges_of_face.resize(model.triangles.size());
+  for_each_index(setup_threads(model.triangles.size()), model.triangles.size(), [&](std::size_t t) {
+    const Index* v = model.triangles[t].v;
+    for (int k = 0; k < 3; ++k)
+      tables.edges_of_face[t].v[k] = edge_number(model, first, v[(k + 1) % 3], v[(k + 2) % 3]);
+  });
+}
+
+void add_face(const Model& model, Index t, SurfaceTables& tables) {
   const Tri& face = model.triangles[static_cast<std::size_t>(t)];
-  Tri& edges = tables.edges_of_face[static_cast<std::size_t>(t)];
+  const Tri& edges = tables.edges_of_face[static_cast<std::size_t>(t)];
   for (int k = 0; k < 3; ++k) {
-    edges.v[k] = edge_number(model, first, face.v[(k + 1) % 3], face.v[(k + 2) % 3]);
     EdgeWings& wings = tables.wings[static_cast<std::size_t>(edges.v[k])];
     if (wings.first_face < 0) wings.first_face = t;
     if (wings.v[0] < 0)
@@ -30,6 +44,13 @@ void add_face(const Model& model, const std::vector<Index>& first, Index t, Surf
     Index& any = tables.face_of_vertex[static_cast<std::size_t>(face.v[k])];
     if (any < 0) any = t;
   }
+}
+
+void find_wings(const Model& model, SurfaceTables& tables) {
+  tables.wings.assign(model.edges.size(), {{-1, -1}, -1});
+  tables.face_of_vertex.assign(static_cast<std::size_t>(model.vertex_count), -1);
+  for (std::size_t t = 0; t < model.triangles.size(); ++t)
+    add_face(model, static_cast<Index>(t), tables);
 }
 
 void make_rings(const Model& model, SurfaceTables& tables) {
@@ -50,17 +71,10 @@ void make_rings(const Model& model, SurfaceTables& tables) {
 
 SurfaceTables make_surface_tables(const Model& model) {
   SurfaceTables tables;
-  tables.wings.assign(model.edges.size(), {{-1, -1}, -1});
-  tables.edges_of_face.resize(model.triangles.size());
-  tables.face_of_vertex.assign(static_cast<std::size_t>(model.vertex_count), -1);
-  // Edges are sorted, so that this leaves their order.
-  const std::vector<Index> first =
-      buckets_by(static_cast<Index>(model.edges.size()), model.vertex_count, [&](Index e) {
-        return model.edges[static_cast<std::size_t>(e)].v[0];
-      }).offset;
-  for (std::size_t t = 0; t < model.triangles.size(); ++t)
-    add_face(model, first, static_cast<Index>(t), tables);
-  make_rings(model, tables);
+  find_edges(model, tables);
+  for_each_index(std::min(2U, setup_threads(model.triangles.size())), 2, [&](std::size_t part) {
+    part == 0 ? find_wings(model, tables) : make_rings(model, tables);
+  });
   return tables;
 }
 

@@ -92,8 +92,7 @@ WeldAttempt<T>::WeldAttempt(Store<T>& store, const Sewing& sewing, double least)
       pairs_(internal_pairs(store.scene(), store.model())),
       fixed_(fixed_vertices(store.scene(), store.model(), store.time)),
       welded_(sewing.welded),
-      tried_(sewing.refused),
-      places_(store.model().to_input.size()) {
+      tried_(sewing.refused) {
   tried_.resize(pairs_.size(), 0);
   // Most steps end here, and need no more of the state.
   state_.positions = download(store.devices()[0].compute(), store.rank(0).positions);
@@ -103,6 +102,7 @@ WeldAttempt<T>::WeldAttempt(Store<T>& store, const Sewing& sewing, double least)
   if (found.empty() ||
       static_cast<double>(found.size()) < least * static_cast<double>(pairs_.size()))
     return;
+  places_.resize(store.model().to_input.size());
   for (const std::size_t k : found) welded_[k] = tried_[k] = 1;
   state_ = store.snapshot();
   group();

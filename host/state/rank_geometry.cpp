@@ -38,20 +38,14 @@ std::vector<double> inverse_masses(const std::vector<Index>& component_of_vertex
   return result;
 }
 
-}  // namespace
-
-std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time) {
-  std::vector<unsigned char> fixed(static_cast<std::size_t>(model.vertex_count), 0);
-  for (std::size_t v = static_cast<std::size_t>(model.cloth_vertex_count); v < fixed.size(); ++v)
-    fixed[v] = 1;
-  for (const auto& p : model.pinned)
-    if (pin_holds(scene.pins[static_cast<std::size_t>(p.pin)], time))
-      fixed[static_cast<std::size_t>(p.vertex)] = 1;
-  return fixed;
-}
+/// The same for each rank.
+struct CommonGeometry {
+  std::vector<Index> component_of_vertex;
+  SurfaceTables tables;
+};
 
 template <class T>
-RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
+RankGeometry<T> make_geometry(const Store<T>& store, const CommonGeometry& common, int rank) {
   const Model& model = store.model();
   Device& device = store.devices()[rank];
   Queue& queue = device.compute();
@@ -76,10 +70,9 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   upload(queue, g.fixed, fixed_vertices(store.scene(), model, store.time));
   upload(queue, g.material_points, cast_all<T>(model.material_points));
   upload(queue, g.cloth_of_vertex, model.cloth_of_vertex);
-  const std::vector<Index> component_of_vertex = cloth_components(model);
-  upload(queue, g.component_of_vertex, component_of_vertex);
-  upload(queue, g.component_inverse_mass, inverse_masses(component_of_vertex, model.mass));
-  upload(queue, g.moving_frame_sample, moving_frame_sample_of(component_of_vertex));
+  upload(queue, g.component_of_vertex, common.component_of_vertex);
+  upload(queue, g.component_inverse_mass, inverse_masses(common.component_of_vertex, model.mass));
+  upload(queue, g.moving_frame_sample, moving_frame_sample_of(common.component_of_vertex));
   std::vector<Index> alone(model.tied.size());
   std::iota(alone.begin(), alone.end(), 0);
   if (model.tied != alone) upload(queue, g.tied, model.tied);
@@ -88,13 +81,32 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
     upload(queue, g.start_thickness, cast_all<T>(model.start_thickness));
   if (!model.cut.empty()) upload(queue, g.cut, model.cut);
   upload(queue, g.row_begin, store.partition().row_begin);
-  const SurfaceTables tables = make_surface_tables(model);
-  upload(queue, g.wings, tables.wings);
-  upload(queue, g.edges_of_face, tables.edges_of_face);
-  upload(queue, g.ring_offset, tables.ring_offset);
-  upload(queue, g.ring, tables.ring);
-  upload(queue, g.face_of_vertex, tables.face_of_vertex);
+  upload(queue, g.wings, common.tables.wings);
+  upload(queue, g.edges_of_face, common.tables.edges_of_face);
+  upload(queue, g.ring_offset, common.tables.ring_offset);
+  upload(queue, g.ring, common.tables.ring);
+  upload(queue, g.face_of_vertex, common.tables.face_of_vertex);
   return g;
+}
+
+}  // namespace
+
+std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time) {
+  std::vector<unsigned char> fixed(static_cast<std::size_t>(model.vertex_count), 0);
+  for (std::size_t v = static_cast<std::size_t>(model.cloth_vertex_count); v < fixed.size(); ++v)
+    fixed[v] = 1;
+  for (const auto& p : model.pinned)
+    if (pin_holds(scene.pins[static_cast<std::size_t>(p.pin)], time))
+      fixed[static_cast<std::size_t>(p.vertex)] = 1;
+  return fixed;
+}
+
+template <class T>
+std::vector<RankGeometry<T>> make_geometry(const Store<T>& store) {
+  const CommonGeometry common{cloth_components(store.model()), make_surface_tables(store.model())};
+  std::vector<RankGeometry<T>> ranks;
+  for (int r = 0; r < store.devices().size(); ++r) ranks.push_back(make_geometry(store, common, r));
+  return ranks;
 }
 
 template <class T>
@@ -110,8 +122,8 @@ RankMotion<T> make_motion(const Store<T>& store, int rank) {
           Buffer<ContactMemory<T>>(device)};
 }
 
-template RankGeometry<float> make_geometry(const Store<float>&, int);
-template RankGeometry<double> make_geometry(const Store<double>&, int);
+template std::vector<RankGeometry<float>> make_geometry(const Store<float>&);
+template std::vector<RankGeometry<double>> make_geometry(const Store<double>&);
 template RankMotion<float> make_motion(const Store<float>&, int);
 template RankMotion<double> make_motion(const Store<double>&, int);
 

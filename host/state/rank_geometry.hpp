@@ -56,8 +56,9 @@ struct RankMotion {
   std::int64_t face_contacts = 0;     ///< how many of them are of faces
 };
 
+/// @return [ranks]
 template <class T>
-RankGeometry<T> make_geometry(const Store<T>& store, int rank);
+std::vector<RankGeometry<T>> make_geometry(const Store<T>& store);
 
 template <class T>
 RankMotion<T> make_motion(const Store<T>& store, int rank);

@@ -15,14 +15,17 @@ std::vector<Vec3<T>> reordered(const Model& from, const std::vector<Vec3<T>>& va
                                const std::vector<std::vector<std::array<Index, 2>>>& parents,
                                const Model& to) {
   std::vector<Vec3<T>> by_input;
+  by_input.reserve(from.to_internal.size());
   for (const Index v : from.to_internal) by_input.push_back(values[at(v)]);
   for (const auto& level : parents) {
     std::vector<Vec3<T>> finer;
+    finer.reserve(level.size());
     for (const auto& [a, b] : level)
       finer.push_back(a == b ? by_input[at(a)] : T(0.5) * (by_input[at(a)] + by_input[at(b)]));
     by_input = std::move(finer);
   }
   std::vector<Vec3<T>> result;
+  result.reserve(at(to.vertex_count));
   for (const Index input : to.to_input) result.push_back(by_input[at(input)]);
   result.insert(result.end(), values.begin() + from.cloth_vertex_count, values.end());
   return result;

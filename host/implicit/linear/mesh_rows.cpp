@@ -1,6 +1,10 @@
 #include "host/implicit/linear/mesh_rows.hpp"
 
 #include <algorithm>
+#include <numeric>
+
+#include "host/base/parallel.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -27,15 +31,17 @@ class MeshRowsBuilder {
   MeshRows build() {
     choose_elements();
     list_corners();
-    out_.slice_offset.push_back(0);
-    out_.block_source_offset.push_back(0);
-    std::vector<Row> rows(static_cast<std::size_t>(window_));
-    for (Index first = begin_; first < end_; first += window_) {
-      for (Index n = 0; n < window_; ++n) collect_row(first + n, rows[static_cast<std::size_t>(n)]);
-      if (window_ == RowOrder::window) append_order(first, rows);
-      for (Index n = 0; n < std::min(window_, end_ - first); n += slice_)
-        append_slice(rows.data() + n);
-    }
+    const auto windows = at((end_ - begin_ + window_ - 1) / window_);
+    const unsigned threads = setup_threads(at(end_ - begin_));
+    std::vector<MeshRows> parts(threads);  // of neighbouring windows each
+    on_threads(threads, [&](unsigned n) {
+      begin_lists(parts[n]);
+      std::vector<Row> rows(at(window_));
+      for (std::size_t w = windows * n / threads; w < windows * (n + 1) / threads; ++w)
+        append_window(begin_ + static_cast<Index>(w) * window_, rows, parts[n]);
+    });
+    begin_lists(out_);
+    for (const MeshRows& part : parts) append(part);
     sort_unique(out_.ghost);
     return std::move(out_);
   }
@@ -127,8 +133,39 @@ class MeshRowsBuilder {
       out.count += i == 0 || entries[i].column != entries[i - 1].column ? 1 : 0;
   }
 
+  static void begin_lists(MeshRows& out) {
+    out.slice_offset.push_back(0);
+    out.block_source_offset.push_back(0);
+  }
+
+  /// Appends rows that follow those that are there.
+  void append(const MeshRows& part) {
+    const auto add = [](auto& all, const auto& more) {
+      all.insert(all.end(), more.begin(), more.end());
+    };
+    const auto add_offsets = [](std::vector<Offset>& all, const std::vector<Offset>& more) {
+      const Offset base = all.back();
+      all.reserve(all.size() + more.size() - 1);
+      for (std::size_t i = 1; i < more.size(); ++i) all.push_back(base + more[i]);
+    };
+    add(out_.order, part.order);
+    add(out_.column, part.column);
+    add(out_.block_source, part.block_source);
+    add(out_.ghost, part.ghost);
+    add_offsets(out_.slice_offset, part.slice_offset);
+    add_offsets(out_.block_source_offset, part.block_source_offset);
+  }
+
+  /// @param rows [window] of any content
+  void append_window(Index first, std::vector<Row>& rows, MeshRows& out) const {
+    for (Index n = 0; n < window_; ++n) collect_row(first + n, rows[at(n)]);
+    if (window_ == RowOrder::window) append_order(first, rows, out);
+    for (Index n = 0; n < std::min(window_, end_ - first); n += slice_)
+      append_slice(rows.data() + n, out);
+  }
+
   /// Sorts the rows of a window, and notes their order.
-  void append_order(Index first, std::vector<Row>& rows) {
+  void append_order(Index first, std::vector<Row>& rows, MeshRows& out) const {
     const Index count = std::min(window_, end_ - first);
     std::stable_sort(rows.begin(), rows.begin() + count,
                      [](const Row& a, const Row& b) { return a.count > b.count; });
@@ -137,13 +174,13 @@ class MeshRowsBuilder {
       place[static_cast<std::size_t>(rows[static_cast<std::size_t>(p)].vertex - first)] = p;
     for (Index p = 0; p < count; ++p) {
       const Row& row = rows[static_cast<std::size_t>(p)];
-      out_.order.push_back(
+      out.order.push_back(
           RowOrder::pack(row.vertex - first, place[static_cast<std::size_t>(p)], row.count));
     }
   }
 
   /// @param rows [slice]
-  void append_slice(const Row* rows) {
+  void append_slice(const Row* rows, MeshRows& out) const {
     const auto width = static_cast<std::size_t>(slice_);
     std::vector<std::size_t> cursor(width, 0);
     bool any = true;
@@ -162,14 +199,14 @@ class MeshRowsBuilder {
           column = entries[cursor[lane]].column;
           for (; cursor[lane] < entries.size() && entries[cursor[lane]].column == column;
                ++cursor[lane])
-            out_.block_source.push_back(entries[cursor[lane]].source);
-          if (!own(column)) out_.ghost.push_back(column);
+            out.block_source.push_back(entries[cursor[lane]].source);
+          if (!own(column)) out.ghost.push_back(column);
         }
-        out_.column.push_back(column);
-        out_.block_source_offset.push_back(static_cast<Offset>(out_.block_source.size()));
+        out.column.push_back(column);
+        out.block_source_offset.push_back(static_cast<Offset>(out.block_source.size()));
       }
     }
-    out_.slice_offset.push_back(out_.slice_offset.back() + slots);
+    out.slice_offset.push_back(out.slice_offset.back() + slots);
   }
 
   const Model& model_;
@@ -180,6 +217,8 @@ class MeshRowsBuilder {
   MeshRows out_;
 };
 
+/// Rows are taken window by window, first to count entries and then to write them: threads have
+/// windows of their own.
 class PlateRowsBuilder {
  public:
   PlateRowsBuilder(const PlateMatrix& matrix, const MeshRows& mesh, const Partition& partition,
@@ -189,23 +228,34 @@ class PlateRowsBuilder {
         begin_(partition.row_begin[static_cast<std::size_t>(rank)]),
         end_(partition.row_begin[static_cast<std::size_t>(rank) + 1]),
         slice_(partition.slice),
-        order_{mesh.order} {}
+        order_{mesh.order},
+        threads_(setup_threads(at(end_ - begin_))) {}
 
   PlateRows build() {
-    out_.in_pattern_offset.push_back(0);
-    out_.off_pattern_slice_offset.push_back(0);
-    std::vector<std::vector<std::size_t>> far(RowOrder::window);
-    for (Index first = begin_; first < end_; first += RowOrder::window) {
-      for (Index n = 0; n < RowOrder::window; ++n) {
-        far[static_cast<std::size_t>(n)].clear();
-        if (first + n < end_) split_row(first + n, far[static_cast<std::size_t>(n)]);
+    count();
+    const auto in = static_cast<std::size_t>(out_.in_pattern_offset.back());
+    const auto off = static_cast<std::size_t>(out_.off_pattern_slice_offset.back()) * at(slice_);
+    for_each_index(std::min(threads_, 2U), 2, [&](std::size_t n) {
+      if (n == 0) {
+        out_.in_pattern_place.resize(in);
+        out_.in_pattern_column.resize(in);
+        out_.in_pattern_stiffness.resize(in);
+        out_.in_pattern_damping.resize(in);
+      } else {
+        out_.off_pattern_column.resize(off);
+        out_.off_pattern_stiffness.resize(off);
+        out_.off_pattern_damping.resize(off);
       }
+    });
+    for_each_window([&](Index first, Far& far) {
+      for (Index n = 0; n < std::min(RowOrder::window, end_ - first); ++n)
+        write_row(first + n, far);
       for (Index n = 0; n < std::min(RowOrder::window, end_ - first); n += slice_)
-        append_slice(first, n, far);
-    }
+        write_slice(first, n, far);
+    });
     out_.ghost = mesh_.ghost;
-    for (auto e = static_cast<std::size_t>(matrix_.row_offset[static_cast<std::size_t>(begin_)]);
-         e < static_cast<std::size_t>(matrix_.row_offset[static_cast<std::size_t>(end_)]); ++e)
+    for (auto e = static_cast<std::size_t>(matrix_.row_offset[at(begin_)]);
+         e < static_cast<std::size_t>(matrix_.row_offset[at(end_)]); ++e)
       if (matrix_.column[e] < begin_ || matrix_.column[e] >= end_)
         out_.ghost.push_back(matrix_.column[e]);
     sort_unique(out_.ghost);
@@ -213,7 +263,52 @@ class PlateRowsBuilder {
   }
 
  private:
-  void split_row(Index row, std::vector<std::size_t>& far) {
+  /// For each row of a window its entries off the pattern.
+  using Far = std::vector<std::vector<std::size_t>>;
+
+  /// Calls use(first row, room for its rows' entries) for each window, on several threads.
+  template <class Use>
+  void for_each_window(const Use& use) const {
+    const auto windows = at((end_ - begin_ + RowOrder::window - 1) / RowOrder::window);
+    on_threads(threads_, [&](unsigned thread) {
+      Far far(RowOrder::window);
+      for (std::size_t w = windows * thread / threads_; w < windows * (thread + 1) / threads_;
+           ++w) {
+        for (std::vector<std::size_t>& row : far) row.clear();
+        use(begin_ + static_cast<Index>(w) * RowOrder::window, far);
+      }
+    });
+  }
+
+  /// Sets the offsets.
+  void count() {
+    const Index rows = end_ - begin_;
+    out_.in_pattern_offset.assign(at(rows) + 1, 0);
+    out_.off_pattern_slice_offset.assign(at((rows + slice_ - 1) / slice_) + 1, 0);
+    for_each_window([&](Index first, Far& far) {
+      for (Index n = 0; n < std::min(RowOrder::window, end_ - first); ++n)
+        split_row(
+            first + n, [&](std::size_t e) { far[at(n)].push_back(e); },
+            [&](std::size_t, Offset) { ++out_.in_pattern_offset[at(first - begin_ + n) + 1]; });
+      for (Index n = 0; n < std::min(RowOrder::window, end_ - first); n += slice_) {
+        Offset& longest = out_.off_pattern_slice_offset[at((first - begin_ + n) / slice_) + 1];
+        for (Index place = n; place < n + slice_; ++place)
+          longest = std::max(longest, static_cast<Offset>(far[at(row_of(first, place))].size()));
+      }
+    });
+    for (std::vector<Offset>* offset : {&out_.in_pattern_offset, &out_.off_pattern_slice_offset})
+      std::partial_sum(offset->begin(), offset->end(), offset->begin());
+  }
+
+  /// Row at a place of a window, both counted from its first; where there is none: the place.
+  Index row_of(Index first, Index place) const {
+    return first + place < end_ ? order_.row(first - begin_ + place) % RowOrder::window : place;
+  }
+
+  /// Calls far(entry) or near(entry, its place among the values of the mesh) for each entry of a
+  /// row but its own, which is minus the sum of the others.
+  template <class IsFar, class IsNear>
+  void split_row(Index row, const IsFar& far, const IsNear& near) const {
     const auto r = static_cast<std::size_t>(row);
     const Index place = order_.place(row - begin_);
     const auto slice = static_cast<std::size_t>(place / slice_);
@@ -227,40 +322,42 @@ class PlateRowsBuilder {
     };
     for (auto e = static_cast<std::size_t>(matrix_.row_offset[r]);
          e < static_cast<std::size_t>(matrix_.row_offset[r + 1]); ++e) {
-      if (matrix_.column[e] == row) continue;  // minus the sum of the others
+      if (matrix_.column[e] == row) continue;
       while (is_real() && mesh_.column[entry()] < matrix_.column[e]) ++slot;
-      if (!is_real() || mesh_.column[entry()] != matrix_.column[e]) {
-        far.push_back(e);
-        continue;
-      }
-      out_.in_pattern_place.push_back(slot * 9 * slice_ + lane);
-      out_.in_pattern_column.push_back(matrix_.column[e]);
-      out_.in_pattern_stiffness.push_back(matrix_.stiffness[e]);
-      out_.in_pattern_damping.push_back(matrix_.damping[e]);
+      if (!is_real() || mesh_.column[entry()] != matrix_.column[e])
+        far(e);
+      else
+        near(e, slot * 9 * slice_ + lane);
     }
-    out_.in_pattern_offset.push_back(static_cast<Offset>(out_.in_pattern_place.size()));
+  }
+
+  void write_row(Index row, Far& far) {
+    auto next = static_cast<std::size_t>(out_.in_pattern_offset[at(row - begin_)]);
+    split_row(
+        row, [&](std::size_t e) { far[at((row - begin_) % RowOrder::window)].push_back(e); },
+        [&](std::size_t e, Offset place) {
+          out_.in_pattern_place[next] = place;
+          out_.in_pattern_column[next] = matrix_.column[e];
+          out_.in_pattern_stiffness[next] = matrix_.stiffness[e];
+          out_.in_pattern_damping[next++] = matrix_.damping[e];
+        });
   }
 
   /// @param far of the window that begins with vertex `first`   @param begin first place there
-  void append_slice(Index first, Index begin, const std::vector<std::vector<std::size_t>>& far) {
-    std::vector<Index> row_of;  // of each lane
-    std::size_t longest = 0;
-    for (Index place = begin; place < begin + slice_; ++place) {
-      const bool there = first + place < end_;
-      row_of.push_back(there ? order_.row(first - begin_ + place) % RowOrder::window : place);
-      longest = std::max(longest, far[static_cast<std::size_t>(row_of.back())].size());
-    }
-    for (std::size_t n = 0; n < longest; ++n)
-      for (const Index own : row_of) {
-        const auto& row = far[static_cast<std::size_t>(own)];
+  void write_slice(Index first, Index begin, const Far& far) {
+    const auto slice = at((first - begin_ + begin) / slice_);
+    const Offset* offset = out_.off_pattern_slice_offset.data() + slice;
+    auto next = static_cast<std::size_t>(offset[0]) * at(slice_);
+    for (std::size_t n = 0; n < static_cast<std::size_t>(offset[1] - offset[0]); ++n)
+      for (Index place = begin; place < begin + slice_; ++place, ++next) {
+        const Index own = row_of(first, place);
+        const std::vector<std::size_t>& row = far[at(own)];
         const bool real = n < row.size();
-        out_.off_pattern_column.push_back(real ? matrix_.column[row[n]]
-                                               : std::min(first + own, end_ - 1));
-        out_.off_pattern_stiffness.push_back(real ? matrix_.stiffness[row[n]] : 0);
-        out_.off_pattern_damping.push_back(real ? matrix_.damping[row[n]] : 0);
+        out_.off_pattern_column[next] =
+            real ? matrix_.column[row[n]] : std::min(first + own, end_ - 1);
+        out_.off_pattern_stiffness[next] = real ? matrix_.stiffness[row[n]] : 0;
+        out_.off_pattern_damping[next] = real ? matrix_.damping[row[n]] : 0;
       }
-    out_.off_pattern_slice_offset.push_back(out_.off_pattern_slice_offset.back() +
-                                            static_cast<Offset>(longest));
   }
 
   const PlateMatrix& matrix_;
@@ -269,6 +366,7 @@ class PlateRowsBuilder {
   Index end_;
   Index slice_;
   RowOrder order_;
+  unsigned threads_;
   PlateRows out_;
 };
 

@@ -1,9 +1,9 @@
 #include "host/scene/seams/sewing.hpp"
 
+#include "host/scene/seams/groups.hpp"
 #include "weft/core/at.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace weft {
 bool Sewing::complete() const {
@@ -42,18 +42,9 @@ Sewing sewing_at_start(const Scene& scene) {
 }
 
 std::vector<Index> grouped(std::size_t count, const std::vector<SeamPair>& pairs) {
-  std::vector<Index> lowest(count);
-  std::iota(lowest.begin(), lowest.end(), 0);
-  const auto root = [&](Index i) {
-    while (lowest[at(i)] != i) i = lowest[at(i)] = lowest[at(lowest[at(i)])];
-    return i;
-  };
-  for (const SeamPair& pair : pairs) {
-    const auto [low, high] = std::minmax({root(pair.v[0]), root(pair.v[1])});
-    lowest[at(high)] = low;
-  }
-  for (std::size_t i = 0; i < count; ++i) lowest[i] = root(static_cast<Index>(i));
-  return lowest;
+  Groups groups(count);
+  for (const SeamPair& pair : pairs) groups.join(pair.v[0], pair.v[1]);
+  return groups.lowest();
 }
 
 std::vector<Index> joined_inputs(const Scene& scene, const std::vector<unsigned char>& welded) {

@@ -34,12 +34,16 @@ double thickness_of(const Scene& scene) {
   return edge > 0 ? std::min(usual, edge / 4) : usual;
 }
 
-void fill_in_defaults(Scene& scene) {
+bool takes_default_fabric(const Scene& scene) {
   const auto names_none = [](const Cloth& cloth) {
     return cloth.material == 0 && cloth.triangle_material.empty();
   };
-  if (scene.materials.empty() && std::all_of(scene.cloths.begin(), scene.cloths.end(), names_none))
-    scene.materials.push_back(fabric(default_fabric));
+  return scene.materials.empty() &&
+         std::all_of(scene.cloths.begin(), scene.cloths.end(), names_none);
+}
+
+void fill_in_defaults(Scene& scene) {
+  if (takes_default_fabric(scene)) scene.materials.push_back(fabric(default_fabric));
   scene.contact.thickness = thickness_of(scene);
   for (Seam& seam : scene.seams)
     if (!seam.weld_distance) seam.weld_distance = scene.contact.thickness;

@@ -444,7 +444,13 @@ void validate_wind(const Scene& scene) {
 }
 
 void validate(const Scene& scene) {
+  if (takes_default_fabric(scene)) {
+    Scene whole = scene;
+    fill_in_defaults(whole);
+    return validate(whole);
+  }
   const Checker check(scene.file, "");
+  if (scene.origin) check.within("origin", *scene.origin, quantity::coordinate);
   check.within("gravity", scene.gravity, quantity::acceleration);
   validate_methods(scene);
   validate_time(scene);

@@ -12,6 +12,7 @@
 #include "host/scene/camera_check.hpp"
 #include "host/scene/defaults.hpp"
 #include "host/scene/intersection_check.hpp"
+#include "host/scene/method_check.hpp"
 #include "host/scene/origin.hpp"
 #include "host/scene/part_check.hpp"
 #include "host/simulation/handle_states.hpp"
@@ -358,6 +359,7 @@ void LiveScene::release(PinId pin) {
   refuse_foreign(scene_, pin, scene_.pins.size(), "pins");
   Pin& released = scene_.pins[at(pin.index)];
   released.release_time = std::min(released.release_time, time());
+  wake_all();
   restart_rest();
 }
 
@@ -366,6 +368,7 @@ void LiveScene::set_gravity(const Vec3<double>& gravity) {
   weightless_ = false;
   if (gravity == scene_.gravity) return;
   scene_.gravity = gravity;
+  wake_all();
   restart_rest();
   // Near their limits, materials stiffen by what the cloth weighs.
   if (visit([](auto& run) { return has_limits(run.store.model().laws->rows); })) remake_run();
@@ -381,13 +384,25 @@ void LiveScene::set_wind(const Wind& wind) {
   const Wind before = std::exchange(scene_.wind, wind);
   try {
     validate_wind(scene_);
+    validate_methods(scene_);
   } catch (...) {
     scene_.wind = before;
     throw;
   }
   // Its buffers are made where air moves.
   if ((before.density > 0 || before.drag > 0) != (wind.density > 0 || wind.drag > 0)) remake_run();
+  wake_all();
   restart_rest();
+}
+
+/// Steps notice by themselves only what changes with time.
+void LiveScene::wake_all() {
+  if (!(scene_.implicit.sleep_distance > 0)) return;
+  visit([](auto& run) {
+    auto state = run.store.snapshot();
+    state.sleep.causes = {};  // those of none
+    run.store.restore(state);
+  });
 }
 
 std::string LiveScene::checkpoint() {

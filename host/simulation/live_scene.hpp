@@ -106,6 +106,7 @@ class LiveScene {
   void remake_run();
   void apply_forces();
   void restart_rest();
+  void wake_all();
   template <class T>
   double sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report);
   template <class T>

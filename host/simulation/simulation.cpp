@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "host/implicit/linear/pipelined_solve.hpp"
+#include "host/scene/defaults.hpp"
 #include "host/scene/origin.hpp"
 #include "host/scene/part_check.hpp"
 #include "host/simulation/device_choice.hpp"
@@ -99,6 +100,7 @@ struct Simulation::Implementation {
 Simulation::Simulation(Scene scene, DeviceSet devices)
     : implementation_(std::make_unique<Implementation>(std::move(scene), std::move(devices))) {}
 Simulation::Simulation(Scene scene, AutoDevice) {
+  fill_in_defaults(scene);
   validate(scene);
   DeviceSet devices = parse_devices(choose_devices(scene).device);
   implementation_ = std::make_unique<Implementation>(std::move(scene), std::move(devices));
@@ -258,6 +260,7 @@ AdvanceResult Simulation::advance(double seconds, const AdvanceOptions& options)
   AdvanceResult result;
   do {
     StepReport report = step();
+    if (options.after_step) options.after_step(report);
     if (report.failure != Failure::none) {
       result.failure = report.failure;
       result.detail = std::move(report.failure_detail);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -15,6 +16,9 @@ struct AdvanceOptions {
   /// Time after which no further step begins. Empty: none. It decides only how many calls a frame
   /// takes, never a result.
   std::optional<std::chrono::nanoseconds> budget{};
+  /// Called with the report of each step of the call, also of one that fails. It must not call the
+  /// simulation. The step stands if it throws, and another call goes on with the frame.
+  std::function<void(const StepReport&)> after_step{};
 };
 
 /// How far Simulation::advance() has come.

@@ -20,8 +20,8 @@ struct GarmentStart {
   Index cloth = 0;  ///< into Scene::cloths
   /// In the scene of a simulation: what was done, never `automatic`.
   SewnStart start = SewnStart::automatic;
-  /// [vertices] [m] where the panels stand before they are sewn. Empty in the scene of a simulation,
-  /// with `welded`, and with `springs` if the mesh has them there.
+  /// [vertices] [m] where the panels stand before they are sewn. Empty in the scene of a
+  /// simulation, with `welded`, and with `springs` if the mesh has them there.
   std::vector<Vec3<double>> apart{};
   /// In the scene of a simulation: why a welded start was given up; empty: it was not.
   std::string reason{};

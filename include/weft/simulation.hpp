@@ -117,16 +117,18 @@ class Simulation {
   double step_length() const;
 
   std::int64_t step_number() const;
-  double time() const;        ///< [s]
-  int frame_number() const;   ///< frames completed
+  double time() const;  ///< [s]
+  int frame_number()
+      const;  ///< frames of the scene's frame rate completed, whatever advance() takes
   bool at_frame_end() const;  ///< whether the state is that of a frame
   Frame frame() const;        ///< in world positions
   /// The frame relative to origin(): exactly the numbers of the state. World positions far from
   /// (0, 0, 0) round them to double precision there.
   Frame local_frame() const;
   Energy energy() const;  ///< with the gravitational energy relative to origin()
-  /// Whether the cloth rests, as of the last frame. Decided by positions and velocities alone: the
-  /// same on any number of devices, and after resume().
+  /// Whether the cloth rests, as of the last frame of the scene's frame rate. Counted only where
+  /// TimeSettings::until is RunUntil::rest; elsewhere nothing ever rests. Decided by positions and
+  /// velocities alone: the same on any number of devices, and after resume().
   RestState rest() const;
   /// How far each seam has been sewn, in the order of the scene as it was given.
   std::vector<SeamState> seams() const;

@@ -140,6 +140,38 @@ TEST(Sleep, NothingSleepsThatMayNotOrThatMoves) {
   EXPECT_EQ(0, run(s, 60).sums.asleep);
 }
 
+TEST(Sleep, WhatAProgramChangesWakes) {
+  Scene s = resting_and_swinging(Precision::single_precision);
+  s.cloths.pop_back();
+  Pin pin;
+  pin.vertices = {0, 6, 42, 48};
+  s.pins = {pin};
+  const auto height = [](const Frame& frame) {
+    double sum = 0;
+    for (const Vec3<double>& x : frame.cloth_positions[0]) sum += x[2];
+    return sum / 49;
+  };
+  // A sheet that lies on the floor begins to rise; with the pins, only its middle does.
+  Simulation raised(s, host_devices(1));
+  ASSERT_EQ(advance(raised, 120).asleep, 49);
+  const double before = height(raised.frame());
+  raised.set_gravity({0, 0, 3});
+  EXPECT_EQ(advance(raised, 20).asleep, 0);
+  const double held = height(raised.frame());
+  EXPECT_GT(held, before + 0.01);
+  // Let go, it flies.
+  Simulation released(s, host_devices(1));
+  ASSERT_EQ(advance(released, 120).asleep, 49);
+  released.release({0, released.scene().identity.number()});
+  EXPECT_EQ(advance(released, 1).asleep, 0);
+  // A wind that blows already, from elsewhere.
+  s.wind = {1.2, {0, 0, -0.5}, 0};
+  Simulation blown(s, host_devices(1));
+  ASSERT_EQ(advance(blown, 120).asleep, 49);
+  blown.set_wind({1.2, {0, 0, 12}, 0});
+  EXPECT_EQ(advance(blown, 1).asleep, 0);
+}
+
 TEST(Sleep, ABallThatRollsInWakes) {
   const Scene s = with_ball(resting_and_swinging(Precision::double_precision));
   Simulation simulation(s, host_devices(1));

@@ -149,6 +149,44 @@ TEST(Live, WindGravityAndReleaseAct) {
   EXPECT_NE(driven.state_hash(), still.state_hash());
 }
 
+TEST(Live, EachStepOfAFrameIsReported) {
+  const Door d = door();
+  Simulation s(d.scene, host_devices(1));
+  std::vector<std::int64_t> numbers;
+  AdvanceOptions options;
+  options.after_step = [&](const StepReport& report) {
+    EXPECT_EQ(report.failure, Failure::none);
+    EXPECT_TRUE(report.work);
+    numbers.push_back(report.number);
+  };
+  const AdvanceResult first = s.advance(frame_length, options);
+  ASSERT_TRUE(first.complete);
+  ASSERT_EQ(numbers.size(), static_cast<std::size_t>(first.steps));
+  EXPECT_EQ(numbers.front(), 1);
+  EXPECT_EQ(numbers.back(), first.steps);
+  // What it throws reaches the caller, and the step stands.
+  options.after_step = [](const StepReport&) { throw std::runtime_error("enough"); };
+  EXPECT_THROW(s.advance(frame_length, options), std::runtime_error);
+  EXPECT_EQ(s.step_number(), first.steps + 1);
+  EXPECT_EQ(s.advance(frame_length).steps, first.steps - 1);
+}
+
+TEST(Live, WindIsRefusedWhereTheMethodHasNone) {
+  Door d = door();
+  d.scene.method = "asynchronous";
+  d.scene.precision = Precision::double_precision;
+  Simulation s(d.scene, host_devices(1));
+  EXPECT_THROW(s.set_wind({1.2, {3, 0, 0}, 0}), SceneError);
+  EXPECT_EQ(s.scene().wind.density, 0);
+}
+
+TEST(Live, ASceneWithoutMaterialsIsADefaultFabricEverywhere) {
+  Scene scene;
+  scene.add(Cloth{.mesh = make_grid({0.4, 0.4}, {4, 4})});
+  EXPECT_NO_THROW(validate(scene));
+  EXPECT_EQ(Simulation(scene, auto_device()).scene().materials.at(0).name, "cotton_polyester");
+}
+
 TEST(Live, StateInMemoryGoesOnBitForBit) {
   const Door d = door();
   AdvanceOptions one_step;
@@ -353,6 +391,9 @@ TEST(Live, MisuseIsRefusedOnOneLine) {
   refused([&] { Simulation(plain, host_devices(1)); }, "the flat pattern in metres");
   refused([&] { d.scene.pin(d.cloth, group("waist")); }, "waist");
   refused([&] { d.scene.pin(other.cloth, std::vector<Index>{0}); }, "another scene");
+  Scene nowhere = d.scene;
+  nowhere.origin = {0, std::numeric_limits<double>::quiet_NaN(), 0};
+  refused([&] { Simulation(nowhere, host_devices(1)); }, "origin[1]: nan");
   d.scene.obstacles[0].motion = {{0, {}}, {1, {}}};
   refused([&] { Simulation(d.scene, host_devices(1)); }, "live beside a motion");
 }

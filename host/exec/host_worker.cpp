@@ -46,11 +46,12 @@ std::unique_lock<std::mutex> HostWorker::lock() {
 }
 
 void HostWorker::append(HostWork& of, std::function<void()> work, bool always) {
-  of.unfinished.fetch_add(1, std::memory_order_relaxed);
   bool ask = false;
   {
     const auto held = lock();
     jobs_.push_back({&of, std::move(work), always});
+    // Only now: where there is no memory for it, nobody must wait for it.
+    of.unfinished.fetch_add(1, std::memory_order_relaxed);
     if (by_ == By::executor) ask = asked_.exchange(1) == 0;
   }
   switch (by_) {

@@ -3,7 +3,9 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <new>
 #include <span>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -77,6 +79,7 @@ struct Simulation::Implementation {
   ProgressBoard board;
   SingleUser user;
   std::vector<std::vector<Vec3<float>>> places;  ///< [cloths] what positions() has given out
+  bool torn = false;  ///< a step has ended with an exception: there is no state to go on from
 
   Implementation(Scene scene, DeviceSet d)
       : devices(not_empty(std::move(d))), live(std::move(scene), devices) {}
@@ -89,10 +92,13 @@ struct Simulation::Implementation {
   };
   Alone alone() { return {SingleUser::Use(user), live}; }
 
+  StepReport step();
+
   std::vector<std::string> resume(const CheckpointReader& in, SceneChanges changes) {
     std::vector<std::string> differences = live.differences(in);
     if (changes == SceneChanges::refuse) refuse_differences(differences, in.name());
     live.resume(in, differences.empty());
+    torn = false;
     return differences;
   }
 };
@@ -122,10 +128,7 @@ double Simulation::step_length() const {
   return implementation_->alone()->step_length();
 }
 
-StepReport Simulation::step() {
-  const SingleUser::Use alone(implementation_->user);
-  LiveScene& live = implementation_->live;
-  ProgressBoard& board = implementation_->board;
+StepReport Simulation::Implementation::step() {
   const ShownStep shown(board, live.step_number() + 1);
   const std::string undone = live.may_stop_sewing() ? live.checkpoint() : std::string();
   StepReport report = live.visit([&](auto& run) {
@@ -149,7 +152,7 @@ StepReport Simulation::step() {
       report.open_seam_pairs = live.open_seam_pairs();
       return report;
     }
-    if (frame_ends && remeshes(scene())) {
+    if (frame_ends && remeshes(live.scene())) {
       const double before = live.energy().total();
       report.remesh = live.remesh();
       // Nothing gives cloth what it gains by resisting more of its compression.
@@ -157,14 +160,31 @@ StepReport Simulation::step() {
     }
     if (report.work) *report.work += changed;
     if (frame_ends) report.limit_excess = live.limit_excess();
-    if (frame_ends && scene().time.until == RunUntil::rest) {
+    if (frame_ends && live.scene().time.until == RunUntil::rest) {
       live.count_rest();
       report.moving_share = live.rest().moving_share;
     }
   }
-  if (report.failure_place) *report.failure_place += origin();
+  if (report.failure_place) *report.failure_place += origin_of(live.scene());
   report.open_seam_pairs = live.open_seam_pairs();
   return report;
+}
+
+StepReport Simulation::step() {
+  const SingleUser::Use alone(implementation_->user);
+  if (implementation_->torn)
+    throw std::logic_error(
+        "a step ended with an exception of memory or devices; allowed: restore() or resume() "
+        "first");
+  try {
+    return implementation_->step();
+  } catch (const std::bad_alloc&) {
+    implementation_->torn = true;
+    throw;
+  } catch (const DeviceError&) {
+    implementation_->torn = true;
+    throw;
+  }
 }
 
 StepProgress Simulation::progress() const noexcept {

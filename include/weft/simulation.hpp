@@ -49,7 +49,8 @@ class Simulation {
   /// Does one time step. At the end of every second step and of every frame, it also welds seam
   /// pairs that are close enough. If
   /// report.failure is not `none`, the state is still that of the start of the step.
-  /// @throws DeviceError if a device is lost or out of memory
+  /// @throws DeviceError if a device is lost or out of memory, std::bad_alloc if the host is:
+  ///         restore() or resume() has to follow
   StepReport step();
 
   /// Takes the steps of one frame, whose length the program chooses. What it has moved arrives at

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <new>
 #include <string>
 #include <vector>
 
+#include "host/exec/host_device.hpp"
+#include "weft/devices.hpp"
 #include "weft/exec/buffer.hpp"
 
 namespace {
@@ -103,6 +106,29 @@ TEST(MemoryBook, BufferThatCannotBeBookedHoldsNothing) {
     EXPECT_EQ(bytes_of(device.memory().uses(), "pairs"), 100 * sizeof(int));
   }
   EXPECT_EQ(device.held, 0u);
+}
+
+/// Work for which there is no memory is not waited for, by any kind of rank.
+TEST(HostWork, IsNotWaitedForIfThereIsNoMemoryForIt) {
+  for (const int ranks : {1, 2}) {
+    DeviceSet devices = host_devices(ranks);
+    Queue& queue = devices[ranks - 1].compute();
+    std::atomic<int> ran{0};
+    int submitted = 0, refused = 0;
+    for (int k = 0; k < 1000; ++k) {
+      out_of_memory = true;
+      try {
+        submit_host(queue, [&ran] { ++ran; });
+        ++submitted;
+      } catch (const std::bad_alloc&) {
+        ++refused;
+      }
+      out_of_memory = false;
+    }
+    queue.sync();
+    EXPECT_EQ(ran, submitted);
+    EXPECT_GT(refused, 0) << ranks;
+  }
 }
 
 }  // namespace

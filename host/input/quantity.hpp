@@ -36,6 +36,8 @@ inline constexpr double most_degrees = 1e9;
 
 // geometry
 inline constexpr Quantity coordinate{"a coordinate", "m", -most_length, most_length};
+/// World place of a scene's (0, 0, 0), which its positions are relative to.
+inline constexpr Quantity origin{"a coordinate", "m", -1e15, 1e15};
 inline constexpr Quantity length{"a length", "m", least_length, most_length};
 inline constexpr Quantity length_or_zero{"a length", "m", least_length, most_length, true};
 inline constexpr Quantity angle{"an angle", "degrees", -most_degrees, most_degrees};

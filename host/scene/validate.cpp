@@ -450,7 +450,7 @@ void validate(const Scene& scene) {
     return validate(whole);
   }
   const Checker check(scene.file, "");
-  if (scene.origin) check.within("origin", *scene.origin, quantity::coordinate);
+  if (scene.origin) check.within("origin", *scene.origin, quantity::origin);
   check.within("gravity", scene.gravity, quantity::acceleration);
   validate_methods(scene);
   validate_time(scene);

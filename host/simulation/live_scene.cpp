@@ -400,7 +400,7 @@ void LiveScene::wake_all() {
   if (!(scene_.implicit.sleep_distance > 0)) return;
   visit([](auto& run) {
     auto state = run.store.snapshot();
-    state.sleep.causes = {};  // those of none
+    state.sleep.causes = {};  // not those of any scene, so that everything wakes
     run.store.restore(state);
   });
 }

@@ -44,7 +44,7 @@ double allowed_joules(const Scene& scene, const Model& model, const AdaptiveRun&
 /// What a scene's camera sees of the state that the store has: how its cloths yield to compression
 /// until the next remesh, which the run keeps and the store is given.
 /// @param joules most that elastic energy may grow by because cloth yields less than the run says;
-///               what would grow it more yields less only by and by. Infinity: no limit [J]
+///               what would grow it more yields less only gradually. Infinity: no limit [J]
 /// @pre the method is "view"
 template <class T>
 SceneView validate_run(const Scene& scene, AdaptiveRun& run, Store<T>& store, double joules);

@@ -174,8 +174,7 @@ StepReport Simulation::step() {
   const SingleUser::Use alone(implementation_->user);
   if (implementation_->torn)
     throw std::logic_error(
-        "a step ended with an exception of memory or devices; allowed: restore() or resume() "
-        "first");
+        "an earlier step ran out of memory or lost a device; allowed: restore() or resume() first");
   try {
     return implementation_->step();
   } catch (const std::bad_alloc&) {
@@ -280,17 +279,21 @@ AdvanceResult Simulation::advance(double seconds, const AdvanceOptions& options)
   AdvanceResult result;
   do {
     StepReport report = step();
+    const bool failed = report.failure != Failure::none;
+    if (!failed) {
+      ++result.steps;
+      result.complete = live.clock().program_frame_ended(live.time(), live.step_number());
+      if (result.complete) live.clock().end_program_frame();
+    }
+    // It may throw: the frame has ended by then if this was its last step.
     if (options.after_step) options.after_step(report);
-    if (report.failure != Failure::none) {
+    if (failed) {
       result.failure = report.failure;
       result.detail = std::move(report.failure_detail);
       return result;
     }
-    ++result.steps;
-    result.complete = live.clock().program_frame_ended(live.time(), live.step_number());
   } while (!result.complete &&
            !(options.budget && std::chrono::steady_clock::now() - start >= *options.budget));
-  if (result.complete) live.clock().end_program_frame();
   return result;
 }
 

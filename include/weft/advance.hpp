@@ -17,7 +17,7 @@ struct AdvanceOptions {
   /// takes, never a result.
   std::optional<std::chrono::nanoseconds> budget{};
   /// Called with the report of each step of the call, also of one that fails. It must not call the
-  /// simulation. The step stands if it throws, and another call goes on with the frame.
+  /// simulation. If it throws, the step stands, and another call goes on from there.
   std::function<void(const StepReport&)> after_step{};
 };
 

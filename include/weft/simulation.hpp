@@ -119,8 +119,8 @@ class Simulation {
 
   std::int64_t step_number() const;
   double time() const;  ///< [s]
-  int frame_number()
-      const;  ///< frames of the scene's frame rate completed, whatever advance() takes
+  /// Frames of the scene's frame rate completed, however long the frames of advance() are.
+  int frame_number() const;
   bool at_frame_end() const;  ///< whether the state is that of a frame
   Frame frame() const;        ///< in world positions
   /// The frame relative to origin(): exactly the numbers of the state. World positions far from

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/exec/host_device.hpp"
+#include "tests/support/replaced_new.hpp"
 #include "weft/devices.hpp"
 #include "weft/exec/buffer.hpp"
 
@@ -18,19 +19,8 @@ thread_local bool out_of_memory = false;  // of the processor, not of the device
 
 }  // namespace
 
-[[gnu::noinline]] void* operator new(std::size_t bytes) {
-  void* memory = out_of_memory ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-[[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
-  return out_of_memory ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
+bool allocation_fails() {
+  return out_of_memory;
 }
 
 namespace weft {

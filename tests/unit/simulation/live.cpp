@@ -169,6 +169,12 @@ TEST(Live, EachStepOfAFrameIsReported) {
   EXPECT_THROW(s.advance(frame_length, options), std::runtime_error);
   EXPECT_EQ(s.step_number(), first.steps + 1);
   EXPECT_EQ(s.advance(frame_length).steps, first.steps - 1);
+  // Thrown after the last step of a frame, the next call begins another one.
+  options.after_step = [&](const StepReport& report) {
+    if (report.number == 3 * first.steps) throw std::runtime_error("enough");
+  };
+  EXPECT_THROW(s.advance(frame_length, options), std::runtime_error);
+  EXPECT_EQ(s.advance(frame_length).steps, first.steps);
 }
 
 TEST(Live, WindIsRefusedWhereTheMethodHasNone) {

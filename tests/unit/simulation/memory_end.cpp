@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <new>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "tests/support/replaced_new.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
@@ -21,17 +21,8 @@ thread_local long until_failure = never;  // allocations of this thread
 
 }  // namespace
 
-[[gnu::noinline]] void* operator new(std::size_t bytes) {
-  const bool fails = until_failure != never && until_failure-- == 0;
-  void* memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
+bool allocation_fails() {
+  return until_failure != never && until_failure-- == 0;
 }
 
 namespace weft {
